@@ -110,3 +110,28 @@ fn broken_histories_are_refused_or_drawn_without_the_broken_values() {
         assert!(!Path::new(&out).exists(), "{kind}");
     }
 }
+
+/// Quantities of different units have scales of their own, and by default the contact with each of several diaphragms is drawn.
+#[test]
+fn panels_have_one_unit_and_contacts_of_all_diaphragms() {
+    let folder = Folder::new();
+    let head = "time_s,rotor.speed_rad_s,bearing.a.x_m,bearing.a.load_N,contact.one.gap_m,contact.two.gap_m";
+    let rows = (0..400).map(|k| {
+        let (time, wave) = (1e-3 * f64::from(k), (0.6 * f64::from(k)).sin());
+        format!("{time},{},{},{},{},{}\n", 300.0 - time, 1e-5 * wave, 1e4 * wave, 1e-3 + 1e-4 * wave, 2e-3)
+    });
+    let path = folder.write("two.csv", &format!("{head}\n{}", rows.collect::<String>()));
+    let out = folder.name("f.svg");
+    let drawn = say(&["plot", &path, "--out", &out]);
+    assert_eq!(drawn.code, 0, "{}", drawn.err);
+    let svg = fs::read_to_string(&out).expect("written");
+    assert!(svg.contains(">contact one<") && svg.contains(">contact two<"), "no contact");
+    fs::remove_file(&out).expect("there");
+    let channels = "bearing.a.x_m,bearing.a.load_N";
+    let drawn = say(&["plot", &path, "--kind", "response-spectrum", "--channels", channels, "--out", &out]);
+    assert_eq!(drawn.code, 0, "{}", drawn.err);
+    let svg = fs::read_to_string(&out).expect("written");
+    for axis in [">equivalent static force [kN]<", ">equivalent static value ["] {
+        assert!(svg.contains(axis), "no axis {axis}");
+    }
+}

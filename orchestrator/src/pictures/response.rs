@@ -1,7 +1,7 @@
 //! Unbalance response: displacements with their phases, and bearing loads, over speed. Amplitudes are zero-to-peak, on logarithmic axes. The peak
 //! without damping is infinite and is cut off.
 
-use bladeoff_answers::figures::{COLOURS, Figure, GREY, Line, Mark, Panel, Scale, panels_marked};
+use bladeoff_answers::figures::{COLOURS, Figure, GREY, Line, Mark, Panel, Scale, panels_marked, style};
 use bladeoff_core::modal::{CriticalSpeed, UnbalanceResponse, unbalance_response as responses};
 use bladeoff_model::machine::{Machine, RotorKind};
 use bladeoff_text::document::units::format_digits;
@@ -19,23 +19,7 @@ pub fn unbalance_response(machine: &Machine, critical: &[CriticalSpeed], top: f6
     }
     let speeds = speeds(critical, top);
     let found = responses(machine, &speeds);
-    let mut places: Vec<(String, usize)> = Vec::new();
-    if let RotorKind::Shaft(shaft) = &machine.rotor.kind {
-        places.extend(shaft.discs.iter().map(|disc| (disc.name.clone(), disc.node)));
-    }
-    places.extend(
-        machine.diaphragms.iter().map(|diaphragm| (format!("diaphragm {}", diaphragm.name), diaphragm.contact.node)),
-    );
-    let bearing = |name: &str| format!("bearing {name}");
-    places.extend(machine.rotor.bearings.iter().map(|found| (bearing(&found.name), found.node)));
-    places.extend(machine.rotor.unbalances.iter().map(|unbalance| (unbalance.name.clone(), unbalance.node)));
-    let mut seen = Vec::new();
-    places.retain(|(_, node)| {
-        let new = !seen.contains(node);
-        seen.push(*node);
-        new
-    });
-    places.truncate(7);
+    let places = places(machine);
     let rpm = |speed: f64| speed * 30.0 / PI;
     let is_drawn_whole = |speed: f64| !critical.iter().any(|critical| is_cut(critical, speed));
     let seen: Vec<&UnbalanceResponse> = found.iter().filter(|response| is_drawn_whole(response.speed)).collect();
@@ -52,6 +36,7 @@ pub fn unbalance_response(machine: &Machine, critical: &[CriticalSpeed], top: f6
             )
         })
         .collect();
+    let bearing = |name: &str| format!("bearing {name}");
     let on_pedestals = machine.rotor.bearings.iter().filter(|bearing| bearing.pedestal.is_some());
     let loads: Vec<Line> = machine
         .rotor
@@ -63,7 +48,7 @@ pub fn unbalance_response(machine: &Machine, critical: &[CriticalSpeed], top: f6
         })
         .chain(on_pedestals.enumerate().map(|(i, of)| {
             let points = found.iter().map(|r| (rpm(r.speed), r.pedestals[i] * load.factor)).collect();
-            Line::new(&format!("pedestal of {}", of.name), points)
+            Line::new(&format!("pedestal of {}", of.name.replace('_', " ")), points)
         }))
         .collect();
     let mut displacement_top = length.factor * largest_displacement(&seen, &places);
@@ -71,7 +56,12 @@ pub fn unbalance_response(machine: &Machine, critical: &[CriticalSpeed], top: f6
         let gap = diaphragm.contact.gap * length.factor;
         let points = vec![(rpm(speeds[0]), gap), (rpm(top), gap)];
         displacement_top = displacement_top.max(gap);
-        displacement.push(Line::marked(&format!("gap of {}", diaphragm.name), points, Mark::Dashed, GREY));
+        displacement.push(Line::marked(
+            &format!("gap of {}", diaphragm.name.replace('_', " ")),
+            points,
+            Mark::Dashed,
+            GREY,
+        ));
     }
     let running = rpm(machine.rotor.initial_speed);
     let load_top = load.factor * largest(&|r| r.bearings.iter().chain(&r.pedestals).copied().fold(0.0, f64::max));
@@ -107,6 +97,29 @@ pub fn unbalance_response(machine: &Machine, critical: &[CriticalSpeed], top: f6
     Some(panels_marked(&title, "spin speed [rpm]", &all, &marks))
 }
 
+/// Names and nodes of the displacements that are drawn, each node once: discs, unbalances, diaphragms, bearings and monitors.
+fn places(machine: &Machine) -> Vec<(String, usize)> {
+    let rotor = &machine.rotor;
+    let discs = match &rotor.kind {
+        RotorKind::Shaft(shaft) => shaft.discs.iter().map(|disc| (disc.name.clone(), disc.node)).collect(),
+        RotorKind::PointMass(_) => Vec::new(),
+    };
+    let unbalances = rotor.unbalances.iter().map(|unbalance| (unbalance.name.clone(), unbalance.node));
+    let diaphragms = machine.diaphragms.iter();
+    let diaphragms = diaphragms.map(|diaphragm| (format!("diaphragm {}", diaphragm.name), diaphragm.contact.node));
+    let bearings = rotor.bearings.iter().map(|bearing| (format!("bearing {}", bearing.name), bearing.node));
+    let monitors = machine.monitors.iter().map(|monitor| (format!("monitor {}", monitor.name), monitor.node));
+    let mut seen = Vec::new();
+    let mut all: Vec<_> =
+        discs.into_iter().chain(unbalances).chain(diaphragms).chain(bearings).chain(monitors).collect();
+    all.retain(|(_, node)| {
+        let is_new = !seen.contains(node);
+        seen.push(*node);
+        is_new
+    });
+    all
+}
+
 /// Largest number of critical speeds that are marked.
 const MARKS: usize = 6;
 /// Largest ratio of two values on a logarithmic axis.
@@ -129,7 +142,8 @@ fn lags(machine: &Machine, found: &[UnbalanceResponse], places: &[(String, usize
         let pieces = points.chunk_by(|from, to| (to.1 - from.1).abs() < 180.0);
         for (piece, points) in pieces.enumerate() {
             let label = if piece == 0 { name.replace('_', " ") } else { String::new() };
-            lines.push(Line::marked(&label, points.to_vec(), Mark::Line, COLOURS[at % COLOURS.len()]));
+            let (colour, mark) = style(at, Mark::Line);
+            lines.push(Line::marked(&label, points.to_vec(), mark, colour));
         }
     }
     lines

@@ -10,6 +10,8 @@ use std::f64::consts::PI;
 
 /// Steel: discs carry mass and inertia only, so that their drawn size is that of a steel disc with both.
 const DENSITY: f64 = 7850.0;
+/// Width of a character of a name \[px\].
+const CHARACTER: f64 = 6.5;
 const SHAFT: Rgb = Rgb(190, 200, 210);
 
 /// Draws the machine; `None` for a point mass, which has no shape.
@@ -125,9 +127,6 @@ fn draw_side(svg: &mut Svg, machine: &Machine, shaft: &Shaft) {
     for unbalance in &machine.rotor.unbalances {
         let place = (shaft.nodes[unbalance.node], unbalance.radius);
         frame.circle(svg, COLOURS[3].fill(), place, 5.0);
-        if let Some((x, y)) = frame.place((place.0 + 0.02 * length, place.1)) {
-            svg.text(COLOURS[3].fill(), (x, y + TEXT), Anchor::Start, &unbalance.name.replace('_', " "));
-        }
     }
     label(svg, &frame, machine, shaft, (radius, half_r));
 }
@@ -144,13 +143,15 @@ fn draw_taper(svg: &mut Svg, frame: &Frame<'_>, element: &ShaftElement, from: f6
     }
 }
 
-/// Names above and below, in two rows each where neighbours are close.
+/// Names above (discs, diaphragms, unbalances) and below (bearings), in as many rows as they need without overlaps.
 fn label(svg: &mut Svg, frame: &Frame<'_>, machine: &Machine, shaft: &Shaft, (radius, half_r): (f64, f64)) {
-    let mut above: Vec<(f64, String, Rgb)> =
-        shaft.discs.iter().map(|disc| (shaft.nodes[disc.node], disc.name.replace('_', " "), COLOURS[0])).collect();
-    above.extend(
-        machine.diaphragms.iter().map(|d| (shaft.nodes[d.contact.node], format!("diaphragm {}", d.name), COLOURS[1])),
-    );
+    let plain = |name: &str| name.replace('_', " ");
+    let discs = shaft.discs.iter().map(|disc| (disc.node, plain(&disc.name), COLOURS[0]));
+    let unbalances = machine.rotor.unbalances.iter().map(|one| (one.node, plain(&one.name), COLOURS[3]));
+    let diaphragms =
+        machine.diaphragms.iter().map(|one| (one.contact.node, format!("diaphragm {}", plain(&one.name)), COLOURS[1]));
+    let above = discs.chain(unbalances).chain(diaphragms).map(|(node, name, colour)| (shaft.nodes[node], name, colour));
+    let above: Vec<(f64, String, Rgb)> = above.collect();
     let below: Vec<(f64, String, Rgb)> = machine
         .rotor
         .bearings
@@ -159,9 +160,17 @@ fn label(svg: &mut Svg, frame: &Frame<'_>, machine: &Machine, shaft: &Shaft, (ra
         .collect();
     for (mut list, sign) in [(above, 1.0), (below, -1.0)] {
         list.sort_by(|a, b| a.0.total_cmp(&b.0));
-        for (at, (z, name, colour)) in list.iter().enumerate() {
-            let row = (at % 3) as f64;
-            let height = sign * (radius + (0.08 + 0.085 * row) * half_r);
+        // right end of the last name of each row
+        let mut ends: Vec<f64> = Vec::new();
+        for (z, name, colour) in &list {
+            let Some((x, _)) = frame.place((*z, 0.0)) else { continue };
+            let half = 0.5 * CHARACTER * (name.chars().count() as f64 + 1.0);
+            let row = ends.iter().position(|end| *end <= x - half).unwrap_or(ends.len());
+            match ends.get_mut(row) {
+                Some(end) => *end = x + half,
+                None => ends.push(x + half),
+            }
+            let height = sign * (radius + (0.08 + 0.085 * row as f64) * half_r);
             let from = (*z, sign * radius * 0.2);
             let line = format!("{} opacity=\"0.35\"", colour.stroke(1.0));
             frame.line(svg, line, [from, (*z, height - sign * 0.03 * half_r)]);

@@ -30,7 +30,7 @@ pub(crate) use maps::{Colours, Layers, Picture, STEPS, UNKNOWN, marks, pictures_
 pub use maps::{MapScales, maps, maps_on, of_in_words};
 pub use orbit::{Ring, orbits, ring_of};
 pub(crate) use orbit::{clearance, last_turn, reach_of};
-pub use panels::{Line, Mark, Panel, panels, panels_marked, tall_panel};
+pub use panels::{Line, Mark, Panel, panels, panels_marked, style, tall_panel};
 pub use response_spectrum::response_spectrum;
 pub use rings::{RingShape, rings};
 pub use spectrum::{order_map, spectrogram};

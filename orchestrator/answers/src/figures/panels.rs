@@ -12,6 +12,8 @@ pub enum Mark {
     Line,
     /// Joined by a dashed line.
     Dashed,
+    /// Joined by a dotted line.
+    Dotted,
     /// Dots of this radius \[px\].
     Dots(u32),
     /// Circles of this radius \[px\].
@@ -23,7 +25,7 @@ pub enum Mark {
 pub struct Line {
     /// In the legend; "" for none.
     pub label: String,
-    /// Colour; `None`: the next of the palette.
+    /// Colour; `None`: the next of the palette, see [`style`].
     pub colour: Option<Rgb>,
     /// Points, in the panel's shown units.
     pub points: Vec<(f64, f64)>,
@@ -72,14 +74,21 @@ impl Panel {
         }
         .most(most)
     }
+
+    fn height(&self) -> u32 {
+        let entries = self.lines.iter().filter(|line| !line.label.is_empty()).count() as u32;
+        HEIGHT.max(ENTRY * (1 + entries.min(MOST_ENTRIES)))
+    }
 }
 
 /// Width of a figure without legends \[px\].
 const WIDTH: u32 = 900;
-/// Height of a panel without axis texts \[px\].
+/// Least height of a panel without axis texts \[px\]; a panel with many entries in its legend is higher.
 const HEIGHT: u32 = 190;
 /// Height of an entry of a legend \[px\].
 const ENTRY: u32 = 18;
+/// Largest number of entries for which a panel becomes higher; of more entries, the last ones are counted.
+const MOST_ENTRIES: u32 = 21;
 
 /// Sides of a frame \[px\].
 const LEFT: f64 = 80.0;
@@ -98,15 +107,17 @@ pub fn panels(title: &str, x_label: &str, panels: &[Panel]) -> Figure {
 pub fn panels_marked(title: &str, x_label: &str, panels: &[Panel], marks: &[(f64, String)]) -> Figure {
     let all = panels.iter().flat_map(|panel| &panel.lines).flat_map(|line| &line.points);
     let mut x = Axis::tight(x_label, all.map(|point| point.0)).most(10);
-    let height = 92 + HEIGHT * panels.len().max(1) as u32;
-    Figure::draw((WIDTH + legend_width(panels), height), title, |svg| {
+    let height: u32 = panels.iter().map(Panel::height).sum();
+    Figure::draw((WIDTH + legend_width(panels), 92 + height.max(HEIGHT)), title, |svg| {
+        let mut top = HEAD + 8.0;
         for (at, panel) in panels.iter().enumerate() {
             x.has_numbers = at + 1 == panels.len();
             let y = panel.axis(5);
-            let top = HEAD + 8.0 + f64::from(HEIGHT * at as u32);
-            let frame = Frame::new(&x, &y, [LEFT, top, RIGHT, top + f64::from(HEIGHT) - 18.0]);
+            let bottom = top + f64::from(panel.height());
+            let frame = Frame::new(&x, &y, [LEFT, top, RIGHT, bottom - 18.0]);
             draw(svg, panel, &frame);
             draw_marks(svg, &frame, marks, at == 0);
+            top = bottom;
         }
     })
 }
@@ -130,22 +141,36 @@ fn draw(svg: &mut Svg, panel: &Panel, frame: &Frame<'_>) {
     frame.axes(svg, Ruling::Grid, BESIDE);
     let mut legend = Vec::new();
     for (at, line) in panel.lines.iter().enumerate() {
-        let colour = line.colour.unwrap_or(COLOURS[at % COLOURS.len()]);
+        let (colour, kind) = line.colour.map_or_else(|| style(at, line.mark), |colour| (colour, line.mark));
         let points = if panel.thin { thinned(&line.points, frame.x.range, 800) } else { line.points.clone() };
         let places = frame.places(points.into_iter().filter(|point| !panel.is_log || point.1 > 0.0));
-        mark(svg, line.mark, colour, f64::from(line.width), places.collect());
+        mark(svg, kind, colour, f64::from(line.width), places.collect());
         if !line.label.is_empty() {
-            legend.push((line.label.as_str(), line.mark, colour, line.width));
+            legend.push((line.label.as_str(), kind, colour, line.width));
         }
     }
     draw_legend(svg, frame, &legend);
 }
 
+/// Colour and mark of a line by its number: lines of the same colour differ in their dashes.
+#[must_use]
+pub fn style(number: usize, mark: Mark) -> (Rgb, Mark) {
+    let dashed = match (mark, number / COLOURS.len()) {
+        (Mark::Line, 1) => Mark::Dashed,
+        (Mark::Line, 2..) => Mark::Dotted,
+        (mark, _) => mark,
+    };
+    (COLOURS[number % COLOURS.len()], dashed)
+}
+
 fn mark(svg: &mut Svg, mark: Mark, colour: Rgb, width: f64, places: Vec<(f64, f64)>) {
     match mark {
-        Mark::Line | Mark::Dashed if places.is_empty() => {}
+        Mark::Line | Mark::Dashed | Mark::Dotted if places.len() < 2 => {
+            places.into_iter().for_each(|place| svg.circle(colour.fill(), place, 2.0));
+        }
         Mark::Line => svg.line(colour.stroke(width), places),
         Mark::Dashed => svg.line(colour.dashed(width, [6, 4]), places),
+        Mark::Dotted => svg.line(colour.dashed(width, [2, 3]), places),
         Mark::Dots(radius) => {
             places.into_iter().for_each(|place| svg.circle(colour.fill(), place, f64::from(radius)));
         }
@@ -178,7 +203,7 @@ fn draw_legend(svg: &mut Svg, frame: &Frame<'_>, entries: &[(&str, Mark, Rgb, u3
     for (row, (label, kind, colour, width)) in entries.iter().take(shown).enumerate() {
         let y = at(row);
         let places = match kind {
-            Mark::Line | Mark::Dashed => vec![(left, y), (left + 18.0, y)],
+            Mark::Line | Mark::Dashed | Mark::Dotted => vec![(left, y), (left + 18.0, y)],
             Mark::Dots(_) | Mark::Rings(_) => vec![(left + 9.0, y)],
         };
         // wider than in the panel, in the same order
@@ -222,6 +247,23 @@ mod tests {
         assert!([">0.1<", ">1<", ">10<"].iter().all(|tick| svg.contains(tick)) && !svg.contains("NaN"), "{svg}");
         let line = svg.lines().find(|line| line.starts_with("<polyline")).expect("a line");
         assert_eq!(line.matches(',').count(), 2, "zero and below have no place: {line}");
+    }
+
+    #[test]
+    fn many_lines_have_a_legend_and_styles_of_their_own() {
+        let line = |k: usize| Line::new(&format!("line {k}"), vec![(0.0, k as f64), (1.0, k as f64)]);
+        let panel = Panel { y_label: "y".into(), lines: (0..20).map(line).collect(), ..Panel::default() };
+        let svg = panels("t", "x", &[panel]).svg().to_owned();
+        assert!((0..20).all(|k| svg.contains(&format!(">line {k}<"))) && !svg.contains("more"), "{svg}");
+        let styles: Vec<(Rgb, Mark)> = (0..20).map(|k| style(k, Mark::Line)).collect();
+        assert!((0..20).all(|k| !styles[..k].contains(&styles[k])), "{styles:?}");
+    }
+
+    /// A history of one instant is a point, not an empty panel.
+    #[test]
+    fn a_line_of_one_point_is_a_dot() {
+        let panel = Panel { y_label: "y".into(), lines: vec![Line::new("", vec![(1.0, 2.0)])], ..Panel::default() };
+        assert!(panels("t", "x", &[panel]).svg().contains("<circle"));
     }
 
     #[test]

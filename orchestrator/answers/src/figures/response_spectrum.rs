@@ -53,27 +53,37 @@ pub fn response_spectrum(
     let (records, interval) = super::spectrum::even_records(history, channels, LEAST)?;
     let resolved = 1.0 / (RECORDS * interval);
     let top = top.map_or(resolved, |top| top.min(resolved));
-    let spectra: Vec<Vec<(f64, f64)>> = channels
-        .iter()
-        .map(|channel| {
-            let at = |k: usize| {
-                let frequency = top * k as f64 / FREQUENCIES as f64;
-                (frequency, largest_response(&channel.values[..records], interval, TAU * frequency, damping))
-            };
-            (1..=FREQUENCIES).map(at).collect()
-        })
-        .collect();
-    let largest = spectra.iter().flatten().map(|point| point.1).fold(0.0, f64::max);
-    let scale = Scale::of(channels.first().map_or("", |channel| channel.unit.as_str()), largest);
-    let lines = channels.iter().zip(spectra).map(|(channel, points)| {
+    let spectrum = |channel: &Series| -> Vec<(f64, f64)> {
+        let at = |k: usize| {
+            let frequency = top * k as f64 / FREQUENCIES as f64;
+            (frequency, largest_response(&channel.values[..records], interval, TAU * frequency, damping))
+        };
+        (1..=FREQUENCIES).map(at).collect()
+    };
+    let mut units: Vec<&str> = channels.iter().map(|channel| channel.unit.as_str()).collect();
+    units.sort_unstable();
+    units.dedup();
+    let of_unit = |unit: &str| {
+        let of = channels.iter().filter(|channel| channel.unit == unit);
+        let of: Vec<_> = of.map(|channel| (plain_name(&channel.name, unit), spectrum(channel))).collect();
+        panel(unit, of)
+    };
+    let of_units: Vec<Panel> = units.into_iter().map(of_unit).collect();
+    let title = format!("{name}: response spectrum, damping ratio {damping}");
+    Ok(panels(&title, "frequency of the oscillator [Hz]", &of_units))
+}
+
+/// Panel with the spectra of all channels of one unit.
+fn panel(unit: &str, spectra: Vec<(String, Vec<(f64, f64)>)>) -> Panel {
+    let largest = spectra.iter().flat_map(|(_, points)| points).map(|point| point.1).fold(0.0, f64::max);
+    let scale = Scale::of(unit, largest);
+    let lines = spectra.into_iter().map(|(name, points)| {
         let points = points.into_iter().map(|(frequency, value)| (frequency, value * scale.factor)).collect();
-        Line::new(&plain_name(&channel.name, &channel.unit), points)
+        Line::new(&name, points)
     });
     let y_range = Some((0.0, if largest > 0.0 { 1.05 * largest * scale.factor } else { 1.0 }));
-    let panel =
-        Panel { y_label: scale.label("equivalent static force"), lines: lines.collect(), y_range, ..Panel::default() };
-    let title = format!("{name}: response spectrum, damping ratio {damping}");
-    Ok(panels(&title, "frequency of the oscillator [Hz]", &[panel]))
+    let quantity = if unit == "N" { "equivalent static force" } else { "equivalent static value" };
+    Panel { y_label: scale.label(quantity), lines: lines.collect(), y_range, ..Panel::default() }
 }
 
 #[cfg(test)]

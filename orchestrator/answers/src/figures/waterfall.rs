@@ -18,6 +18,8 @@ use std::f64::consts::PI;
 const SPECTRA: usize = 40;
 /// The largest amplitude is as high as so many distances of two spectra.
 const HEIGHT: f64 = 5.0;
+/// Width of the name of an order \[px\].
+const ORDER_WIDTH: f64 = 24.0;
 /// Share of the largest speed by which the speed has to change.
 const CHANGE: f64 = 0.05;
 
@@ -79,12 +81,15 @@ pub fn waterfall(history: &History, name: &str, channel: &Series, top: Option<f6
             frame.area(svg, WHITE.fill(), line.iter().copied().chain(ends));
             frame.line(svg, COLOURS[0].stroke(1.0), line);
         }
+        let mut free = f64::NEG_INFINITY;
         for order in [1.0, 2.0, 3.0] {
             let end = first.min(60.0 * top / order);
             if end > last {
                 let line = [(last * order / 60.0, last), (end * order / 60.0, end)];
                 frame.line(svg, BLACK.dashed(1.0, [6, 4]), line);
                 if let Some((x, y)) = frame.place(line[0]) {
+                    let x = x.max(free);
+                    free = x + ORDER_WIDTH;
                     rimmed(svg, (x, y + 16.0), Anchor::Middle, [WHITE, BLACK], &format!("{order}×"));
                 }
             }

@@ -120,8 +120,17 @@ fn chosen<'a>(history: &'a History, patterns: &[String], defaults: &[&str]) -> R
     Ok(found)
 }
 
-const TIME_CHANNELS: [&str; 5] =
-    ["rotor.speed", "bearing.*.load_N", "contact.eccentricity", "contact.gap", "contact.filtered_force"];
+/// Channels of a time history by default; with several diaphragms the contact channels carry their names.
+const TIME_CHANNELS: [&str; 8] = [
+    "rotor.speed",
+    "bearing.*.load_N",
+    "contact.eccentricity",
+    "contact.*.eccentricity_m",
+    "contact.gap",
+    "contact.*.gap_m",
+    "contact.filtered_force",
+    "contact.*.filtered_force_N",
+];
 
 /// A line of a figure: its label, its history, and its channel.
 type Drawn<'a> = (String, &'a History, &'a Series);
@@ -202,7 +211,7 @@ fn leave_out_zeros(quantities: &mut Vec<(String, Vec<Drawn<'_>>)>, asked: &[Stri
 fn label(channel: &str, file: &str, files: usize) -> String {
     let group = channel.rsplit_once('.').map_or("", |(group, _)| group).replace('.', " ");
     if files > 1 {
-        if channel.starts_with("bearing") { format!("{file}, {group}") } else { file.to_owned() }
+        if channel.matches('.').count() > 1 { format!("{file}, {group}") } else { file.to_owned() }
     } else {
         group
     }
