@@ -25,3 +25,10 @@ mod share;
 pub mod stop;
 pub mod summary;
 pub mod tables;
+
+/// Tests of the public interface use the name of the library.
+#[cfg(test)]
+extern crate self as bladeoff_answers;
+#[cfg(test)]
+#[path = "../tests/answers.rs"]
+mod tests;

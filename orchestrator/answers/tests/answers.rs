@@ -1,4 +1,5 @@
-//! Answers from tables: intervals, questions, gates, maps, sensitivities and ends. One program, because each links the table library.
+//! Answers from tables: intervals, questions, gates, maps, sensitivities and ends. Modules of the library's test program, because each program of tests links the table
+//! library.
 
 mod refining;
 mod sensitivity;
