@@ -31,7 +31,7 @@ impl Matrix {
     }
 
     fn start(&self, out: &str, fault: &str) -> Running {
-        Running::start(&self.folder, &self.study, &self.folder.name(out), fault)
+        Running::start_slow(&self.folder, &self.study, &self.folder.name(out), fault)
     }
 
     /// Runs all cells of a row at the same time, because they mostly wait.

@@ -46,11 +46,9 @@ fn files(out: &Path) -> BTreeMap<String, Vec<u8>> {
 fn a_killed_run_is_counted_by_its_record_also_without_its_lock_file() {
     let _alone = alone();
     let folder = Folder::new();
-    // long enough that it is not complete at the first commit
-    let long = STUDY.replace("0.1 s", "0.4 s");
-    let study = folder.write("s.toml", &long);
+    let study = folder.write("s.toml", STUDY);
     let out = folder.name("out");
-    let mut killed = Running::start(&folder, &study, &out, "who=orchestrator,at=recorded,sample=12,do=kill");
+    let mut killed = Running::start_slow(&folder, &study, &out, "who=orchestrator,at=recorded,sample=12,do=kill");
     assert_eq!((killed.end().signal(), killed.fired()), (Some(9), 1), "{}", killed.said());
     let done = recorded(&out);
     assert!((1..20).contains(&done), "{done}");
@@ -61,7 +59,7 @@ fn a_killed_run_is_counted_by_its_record_also_without_its_lock_file() {
     };
     is_right(&status_text(&out), "state      killed: process ");
     // a run that empties the lock file, even a rejected one, removes only the name of the holder
-    folder.write("other.toml", &long.replace("0.9 mm", "0.8 mm"));
+    folder.write("other.toml", &STUDY.replace("0.9 mm", "0.8 mm"));
     assert_eq!(run(&folder.name("other.toml"), &out, &[]).code, 3);
     assert!(!fs::read_to_string(folder.path("out/run.lock")).expect("there").contains("pid"));
     is_right(&status_text(&out), "state      killed or failed: it could not record its end");
@@ -82,7 +80,7 @@ fn a_directory_that_was_moved_under_its_run_tells_the_truth() {
     let folder = Folder::new();
     let study = folder.write("s.toml", STUDY);
     let (out, moved) = (folder.name("out"), folder.name("moved"));
-    let mut run_there = Running::start(&folder, &study, &out, "who=orchestrator,at=recorded,sample=9,do=stop");
+    let mut run_there = Running::start_slow(&folder, &study, &out, "who=orchestrator,at=recorded,sample=9,do=stop");
     wait_until("the fault", || run_there.fired() == 1);
     fs::rename(&out, &moved).expect("renamed");
     wait_until("the run is stopped", || status(&moved)["state"] == "stopped");
@@ -109,7 +107,7 @@ fn the_budget_that_ended_a_run_is_named_and_parts_only_where_they_are() {
     let _alone = alone();
     let folder = Folder::new();
     // samples that take much longer than the run
-    let endless = STUDY.replace("[set]", "[set]\n\"run.step\" = \"1e-9 s\"");
+    let endless = STUDY.replace("exponential", "reduced").replace("[set]", "[set]\n\"run.step\" = \"1e-9 s\"");
     assert_ne!(endless, STUDY);
     let study = folder.write("s.toml", &endless);
     let out = folder.name("out");
@@ -135,7 +133,7 @@ fn a_refused_run_changes_no_byte() {
     let study = folder.write("s.toml", STUDY);
     let (whole, killed) = (folder.name("whole"), folder.name("killed"));
     assert_eq!(run(&study, &whole, &[]).code, 0);
-    let mut child = Running::start(&folder, &study, &killed, "who=orchestrator,at=recorded,sample=9,do=kill");
+    let mut child = Running::start_slow(&folder, &study, &killed, "who=orchestrator,at=recorded,sample=9,do=kill");
     assert_eq!((child.end().signal(), child.fired()), (Some(9), 1), "{}", child.said());
     let other = folder.write("other.toml", &STUDY.replace("0.5 mm", "0.6 mm"));
     folder.write("killed/manifest.json.tmp", "as a kill leaves it");

@@ -1,15 +1,16 @@
 //! Unattended runs: budgets, signals, events for programs, status queries.
 
-use crate::running::{Running, SAMPLES, STUDY, handed_out, signal, state, wait_until};
+use crate::running::{PAUSE, Running, SAMPLES, STUDY, handed_out, signal, state, wait_until};
+use crate::support::shared_studies::{LARGE_RECORD, MANY};
 use crate::support::{Folder, RUNTIME_VARIABLE, Said, bladeoff, runtime, said};
 use std::collections::BTreeSet;
 use std::fs;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// A study with long samples, so that no run completes before it is ended.
+/// A study with so many samples that no run with pauses completes before it is ended.
 fn long(folder: &Folder) -> String {
-    folder.write("long.toml", &STUDY.replace("0.1 s", "0.4 s").replace("count = 5", "count = 50"))
+    folder.write("long.toml", &STUDY.replace("count = 5", "count = 500"))
 }
 
 fn run(study: &str, out: &str, more: &[&str], fault: Option<&str>) -> Said {
@@ -36,12 +37,12 @@ fn a_run_ends_with_its_time_and_says_how_to_go_on() {
     let study = long(&folder);
     // repeated with longer times until a sample is finished on a busy machine
     let in_time = |option: &str, value: &dyn Fn(u32) -> String| {
-        let ran = [4, 16, 64, 256].into_iter().find_map(|seconds| {
+        let ran = [2, 8, 32, 64].into_iter().find_map(|seconds| {
             let out = folder.name(&format!("{}-{seconds}", &option[2..]));
-            let said = run(&study, &out, &[option, &value(seconds)], None);
+            let said = run(&study, &out, &[option, &value(seconds)], Some(PAUSE));
             fs::exists(format!("{out}/parts/part-000001.parquet")).expect("readable").then_some((said, out))
         });
-        let (said, out) = ran.expect("a sample in four minutes");
+        let (said, out) = ran.expect("a sample in a minute");
         assert_stopped(&said, &out, option);
     };
     in_time("--wall", &|seconds| format!("{seconds} s"));
@@ -203,9 +204,7 @@ fn events_tell_programs_the_whole_story() {
 #[test]
 fn events_of_a_run_whose_record_fails_are_those_of_the_samples_that_the_next_run_finds() {
     let folder = Folder::new();
-    // samples that fail immediately, so many that their record exceeds the limit
-    let text = STUDY.replace("count = 5", "count = 5000").replace("[set]", "[set]\n\"run.step_limit\" = 1");
-    let study = folder.write("s.toml", &format!("{text}\n[limits]\nmax_failed = \"100 %\"\n"));
+    let study = folder.write("s.toml", LARGE_RECORD);
     let out = folder.name("out");
     let events = |limit: &str| -> (i32, Vec<serde_json::Value>) {
         let script = format!("ulimit -f {limit}; exec \"$0\" run \"$1\" --out \"$2\" --workers 2 --json-events");
@@ -229,7 +228,7 @@ fn events_of_a_run_whose_record_fails_are_those_of_the_samples_that_the_next_run
     let (told, rest) = (samples(&first), samples(&second));
     assert!(!told.is_empty() && !rest.is_empty(), "{} and {}", told.len(), rest.len());
     assert_eq!(second[0]["recorded"].as_u64(), Some(told.len() as u64), "what was told is what is found");
-    assert!(told.is_disjoint(&rest) && told.len() + rest.len() == 20_000, "{} and {}", told.len(), rest.len());
+    assert!(told.is_disjoint(&rest) && (told.len() + rest.len()) as u64 == MANY, "{} and {}", told.len(), rest.len());
 }
 
 /// Fault that stops the orchestrator at this state of the second assigned sample.

@@ -1,6 +1,6 @@
 //! Parts with the rows finished so far: at any time each finished row is in exactly one part, with its final content.
 
-use crate::running::{Running, STUDY, signal, state};
+use crate::running::{PAUSE, Running, STUDY, signal, state};
 use crate::support::{Folder, bladeoff, said, say};
 use bladeoff::run::directory::{PARTS, read_current, row_files};
 use bladeoff::run::{own_columns, rehearsal};
@@ -11,7 +11,7 @@ use std::fs;
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 
-/// A study whose samples take at least two seconds.
+/// A study whose samples take at least two seconds with pauses.
 fn long() -> String {
     STUDY.replace("count = 5", "count = 12")
 }
@@ -33,7 +33,7 @@ impl Calm {
     }
 
     fn run(&self, out: &str, fault: &str) -> Running {
-        Running::start_with(&self.folder, &self.study, out, fault, &["--refresh", "200 ms"])
+        Running::start_with(&self.folder, &self.study, out, &format!("{PAUSE};{fault}"), &["--refresh", "200 ms"])
     }
 
     /// Runs up to a fault that kills the orchestrator.
@@ -191,7 +191,8 @@ fn a_run_that_is_ended_leaves_all_that_is_finished_in_parts() {
         let run = |attempt: u32| {
             let wall = format!("{}.8 s", attempt / 2);
             let mut command = bladeoff(&["run", &calm.study, "--out", &out, "--workers", "2"]);
-            let ran = said(command.args(["--refresh", refresh, "--wall", &wall]).output().expect("it starts"));
+            command.args(["--refresh", refresh, "--wall", &wall]).env("BLADEOFF_FAULT", PAUSE);
+            let ran = said(command.output().expect("it starts"));
             assert_eq!(ran.code, 5, "{}", ran.err);
             ran
         };

@@ -1,8 +1,9 @@
 //! The durable record: studies that are killed, continued, extended, changed; one orchestrator per directory; damaged and full disks. In every case
 //! the table is equal to that of an undisturbed run.
 
-use crate::running::handed_out;
+use crate::running::{PAUSE, handed_out};
 use crate::support::read_only::ReadOnly;
+use crate::support::shared_studies::{LARGE_RECORD, MANY};
 use crate::support::{Folder, RUNTIME_VARIABLE, Said, alone, bladeoff, runtime, said, say, table};
 use bladeoff::run::directory::row_files;
 use std::fs;
@@ -11,7 +12,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// 3 gaps x 8 masses; a sample takes some ten milliseconds.
+/// 3 gaps x 8 masses; a sample takes some milliseconds.
 const STUDY: &str = r#"schema = 1
 name = "resume"
 machine = "machines/rig.toml"
@@ -50,7 +51,8 @@ fn bytes(directory: &str) -> Vec<u8> {
 fn run_killed(folder: &Folder, study: &str, out: &str, fault: &str) {
     let fired = tempfile::tempdir_in(folder.path("")).expect("a folder");
     let mut command = bladeoff(&["run", study, "--out", out, "--workers", "2"]);
-    command.env("BLADEOFF_FAULT", format!("{fault},dir={}", fired.path().display()));
+    // pauses: no run ends before it is killed
+    command.env("BLADEOFF_FAULT", format!("{PAUSE};{fault},dir={}", fired.path().display()));
     let output = command.output().expect("it starts");
     assert_eq!(output.status.signal(), Some(9), "{fault}: {}", String::from_utf8_lossy(&output.stderr));
     assert_eq!(fs::read_dir(fired.path()).expect("readable").count(), 1, "{fault} happened");
@@ -61,8 +63,7 @@ fn run_killed(folder: &Folder, study: &str, out: &str, fault: &str) {
 fn a_study_killed_five_times_equals_the_undisturbed_one() {
     let _alone = alone();
     let folder = Folder::new();
-    // Long enough that no run ends before it is killed.
-    let study = folder.write("s.toml", &STUDY.replace("0.03 s", "0.12 s"));
+    let study = folder.write("s.toml", STUDY);
     let (calm, killed) = (folder.name("calm"), folder.name("killed"));
     run_well(&study, &calm, &[]);
     let early = format!("who=orchestrator,at=claimed,sample={},do=kill", handed_out(24, 2));
@@ -240,12 +241,12 @@ fn status(out: &str) -> serde_json::Value {
 fn a_stopped_run_keeps_its_directory_and_a_killed_one_leaves_it_to_the_next() {
     let _alone = alone();
     let folder = Folder::new();
-    let study = folder.write("s.toml", &STUDY.replace("0.03 s", "0.12 s"));
+    let study = folder.write("s.toml", STUDY);
     let (calm, out, fired) = (folder.name("calm"), folder.name("out"), folder.path("fired"));
     run_well(&study, &calm, &[]);
     fs::create_dir(&fired).expect("created");
     assert_eq!(say(&["status", &folder.name("nowhere")]).code, 3);
-    let fault = format!("who=orchestrator,at=recorded,sample=any,do=stop,dir={}", fired.display());
+    let fault = format!("{PAUSE};who=orchestrator,at=recorded,sample=any,do=stop,dir={}", fired.display());
     let mut command = bladeoff(&["run", &study, "--out", &out, "--workers", "2"]);
     let mut holder =
         command.env("BLADEOFF_FAULT", fault).stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("it starts");
@@ -278,10 +279,10 @@ fn a_stopped_run_keeps_its_directory_and_a_killed_one_leaves_it_to_the_next() {
 fn a_running_study_is_seen_with_its_workers_and_its_rows_are_read() {
     let _alone = alone();
     let folder = Folder::new();
-    let long = STUDY.replace("0.03 s", "0.12 s").replace("count = 8", "count = 400");
-    let study = folder.write("s.toml", &long);
+    let study = folder.write("s.toml", &STUDY.replace("count = 8", "count = 400"));
     let out = folder.name("out");
     let mut command = bladeoff(&["run", &study, "--out", &out, "--workers", "2", "--refresh", "1"]);
+    command.env("BLADEOFF_FAULT", PAUSE);
     let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("it starts");
     wait_until("samples are shown as done", || {
         Path::new(&out).join("status.json").exists() && status(&out)["done"].as_u64().is_some_and(|done| done > 4)
@@ -389,9 +390,7 @@ fn a_record_cut_or_changed_anywhere_gives_the_same_table() {
 fn a_full_disk_is_exit_6_and_the_next_run_goes_on() {
     let _alone = alone();
     let folder = Folder::new();
-    // Samples that fail at their first step, so many that their record exceeds the limit.
-    let text = STUDY.replace("count = 8", "count = 7000").replace("[set]", "[set]\n\"run.step_limit\" = 1");
-    let study = folder.write("s.toml", &format!("{text}\n[limits]\nmax_failed = \"100 %\"\n"));
+    let study = folder.write("s.toml", LARGE_RECORD);
     let (calm, out) = (folder.name("calm"), folder.name("out"));
     run_well(&study, &calm, &[]);
     let size = fs::metadata(format!("{calm}/ledger.redb")).expect("the record").len();
@@ -415,7 +414,7 @@ fn a_full_disk_is_exit_6_and_the_next_run_goes_on() {
     assert_eq!((seen["state"].as_str(), seen["ended"].as_str()), (Some("ended"), Some("failed")));
     // The count contains only recorded samples, and none of them is lost.
     let done = seen["done"].as_u64().expect("a count");
-    assert!(done > 0 && done < 21_000, "{done}");
+    assert!(done > 0 && done < MANY, "{done}");
     let ran = run_well(&study, &out, &[]);
     assert!(ran.err.contains("samples are already finished"), "what was recorded counts: {}", ran.err);
     assert!(ran.err.contains(&format!("{done} ")), "{done}: {}", ran.err);

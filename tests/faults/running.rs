@@ -5,7 +5,7 @@ use crate::support::{Folder, bladeoff};
 use bladeoff::dispatch::Todo;
 use bladeoff::run::order;
 use bladeoff_dev::chaos;
-pub use bladeoff_dev::chaos::SAMPLES;
+pub use bladeoff_dev::chaos::{PAUSE, SAMPLES};
 use std::ops::{Deref, DerefMut};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus};
@@ -30,6 +30,11 @@ impl Running {
     /// Starts a run with these faults, separated by `;`, without `dir`.
     pub fn start(folder: &Folder, study: &str, out: &str, faults: &str) -> Self {
         Self::start_with(folder, study, out, faults, &[])
+    }
+
+    /// Starts a run whose samples take a tenth of a second each without computing, so that samples remain when a fault fires.
+    pub fn start_slow(folder: &Folder, study: &str, out: &str, faults: &str) -> Self {
+        Self::start(folder, study, out, &format!("{PAUSE};{faults}"))
     }
 
     /// Starts a run with these faults and further options.

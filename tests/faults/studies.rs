@@ -1,5 +1,6 @@
 //! Studies from file to table with the real solver: columns, determinism, faults, signals.
 
+use crate::running::PAUSE;
 use crate::support::{Folder, SMALL_STUDY, alone, bladeoff, said, say, table};
 use std::collections::BTreeSet;
 use std::fs;
@@ -271,7 +272,8 @@ fn ctrl_c_ends_cleanly_and_keeps_what_is_finished() {
     for (signal, code) in [("INT", 130), ("TERM", 143)] {
         let out = folder.name(signal);
         let mut command = bladeoff(&["run", &study, "--out", &out, "--workers", "2"]);
-        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("it starts");
+        command.env("BLADEOFF_FAULT", PAUSE).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = command.spawn().expect("it starts");
         let mut err = BufReader::new(child.stderr.take().expect("piped")).lines();
         let says_progress = |line: &String| line.contains("/1200") && line.contains("left");
         // The first progress line that reports finished samples.

@@ -1,6 +1,6 @@
 //! Integrity of a finished table: any changed bit is detected before a row is read, and the table can be written again from the record.
 
-use crate::running::{Running, STUDY};
+use crate::running::{PAUSE, Running, STUDY};
 use crate::support::{Folder, Said, say};
 use bladeoff::run::{refuse_changed, refuse_changed_timings};
 use std::fs;
@@ -219,8 +219,8 @@ fn verify_looks_at_record_inputs_and_parts_as_well() {
     // A study that is still running has partial tables.
     let out = complete.folder.name("parts");
     let long = complete.folder.write("long.toml", &STUDY.replace("count = 5", "count = 12"));
-    let fault = "who=orchestrator,at=parted,sample=1,do=kill";
-    let mut run = Running::start_with(&complete.folder, &long, &out, fault, &["--refresh", "200 ms"]);
+    let fault = format!("{PAUSE};who=orchestrator,at=parted,sample=1,do=kill");
+    let mut run = Running::start_with(&complete.folder, &long, &out, &fault, &["--refresh", "200 ms"]);
     assert_eq!((run.end().signal(), run.fired()), (Some(9), 1), "{}", run.said());
     let said = say(&["status", &out, "--verify"]);
     assert!(

@@ -386,16 +386,17 @@ fn a_directory_of_somebody_else_is_refused_unless_they_are_trusted() {
 
 /// 16 samples that take no time and 4 that take longer than a night.
 fn endless(folder: &Folder) -> String {
-    let text =
-        STUDY.replace("0.1 s", "0.02 s").replace("from = \"3 g\"\nto = \"10 g\"\ncount = 5\n", "values = [\"3 g\"]\n");
+    let text = STUDY.replace("exponential", "reduced").replace("0.1 s", "0.002 s");
+    let text = text.replace("from = \"3 g\"\nto = \"10 g\"\ncount = 5\n", "values = [\"3 g\"]\n");
     let text = text
         + "[[vary]]\npath = \"run.step\"\nvalues = [\"5e-6 s\", \"5.5e-6 s\", \"4e-6 s\", \"4.5e-6 s\", \"1e-10 s\"]\n";
     folder.write("endless.toml", &text)
 }
 
-/// A run in progress with recorded samples that will not end on its own.
+/// A run in progress with recorded samples that will not end on its own: the four long samples wait instead of computing.
 fn under_way(folder: &Folder, study: &str, out: &str) -> Running {
-    let run = Running::start(folder, study, out, "");
+    let hangs = [4, 9, 14, 19].map(|sample| format!("who=worker,at=running,sample={sample},do=hang")).join(";");
+    let run = Running::start(folder, study, out, &hangs);
     let done = || serde_json::from_str::<serde_json::Value>(&say(&["status", out, "--json"]).out).ok();
     wait_until("some samples are recorded", || done().is_some_and(|told| told["done"].as_u64() > Some(0)));
     run

@@ -1,7 +1,7 @@
 //! Several users of one host: a user with read permission cannot block a run with a lock, gets the public part of its status, and cannot resume
 //! it; the holder of a lock is named.
 
-use crate::running::{Running, STUDY, handed_out, signal, wait_until};
+use crate::running::{PAUSE, Running, STUDY, handed_out, signal, wait_until};
 use crate::support::skipped::skipped;
 use crate::support::{Folder, RUNTIME_VARIABLE, Said, alone, bladeoff, said, say};
 use std::fs::{self, Permissions};
@@ -142,7 +142,7 @@ fn of_a_run_whose_lock_is_closed_nothing_is_claimed_that_is_not_known() {
     let _alone = alone();
     let Some(other) = Other::new("what other users are told of a run under way") else { return };
     let fault = |place, what| format!("who=orchestrator,at=recorded,sample={},do={what}", handed_out(20, place));
-    let faults = format!("{};{}", fault(3, "stop"), fault(15, "kill"));
+    let faults = format!("{PAUSE};{};{}", fault(3, "stop"), fault(15, "kill"));
     let mut run = Running::start_with(&other.folder, &other.study, other.out(), &faults, &["--refresh", "0.01"]);
     wait_until("the first fault", || run.fired() > 0);
     wait_until("it is stopped", || other.status()["state"] == "stopped");

@@ -30,7 +30,7 @@ const DETECTIONS: &str = "\n[[vary]]\npath = \"contact.detection\"\nvalues = [\"
 fn folder() -> Folder {
     let folder = Folder::new();
     let rig = fs::read_to_string(folder.path("machines/rig.toml")).expect("the rig");
-    let auto = rig.replace("engine = \"reduced\"\n", "");
+    let auto = rig.replace("engine = \"exponential\"\n", "");
     assert_ne!(auto, rig);
     folder.write("machines/auto.toml", &auto);
     folder

@@ -19,7 +19,7 @@ fn study(folder: &Folder, limits: &str) -> String {
 
 #[test]
 fn runs_beyond_the_model_are_counted_printed_and_limited() {
-    let folder = Folder::new();
+    let folder = Folder::reduced();
     let out = folder.name("out");
     let run = |limits: &str, out: &str| say(&["run", &study(&folder, limits), "--out", out, "--workers", "1"]);
     let within = run("[limits]\nmax_failed = 0\nmax_invalid = 0\n", &out);
@@ -111,7 +111,7 @@ fn every_status_is_explained_on_the_pages_that_list_them() {
 /// The heaviest runs end at a limit; a comparison uses the values that they reached, and counts the pairs that cannot be compared.
 #[test]
 fn runs_beyond_the_model_are_compared_by_what_they_reached() {
-    let folder = Folder::new();
+    let folder = Folder::reduced();
     let run = |name: &str, limit: &str| {
         let path = study(&folder, "");
         let text = fs::read_to_string(&path).expect("written").replace("value\" = 1e-6", &format!("value\" = {limit}"));
@@ -161,7 +161,7 @@ fn a_single_run_beyond_the_model_is_a_warning() {
 /// A gate, a question and a map of a quantity that is empty in every run of the machine are rejected, and no sample is computed.
 #[test]
 fn a_quantity_that_nothing_judges_is_refused_by_name() {
-    let folder = Folder::new();
+    let folder = Folder::reduced();
     let out = folder.name("out");
     let limit =
         "`limit_ratio_ring_yield` is empty in every run: the machine needs diaphragms.NAME.material.yield_strength";
@@ -209,7 +209,7 @@ fn a_quantity_that_nothing_judges_is_refused_by_name() {
 /// Failed runs decide nothing about a gate; runs that end at their end time decide nothing about later times.
 #[test]
 fn runs_that_fail_and_times_after_the_end_leave_a_gate_open() {
-    let folder = Folder::new();
+    let folder = Folder::reduced();
     let out = folder.name("out");
     let run = |set: &str, out: &str| {
         let text = fs::read_to_string(study(&folder, "")).expect("written");

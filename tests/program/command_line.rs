@@ -6,7 +6,7 @@ use std::process::Stdio;
 
 #[test]
 fn impossible_combinations_are_found_before_anything_runs() {
-    let folder = Folder::new();
+    let folder = Folder::reduced();
     let vary = |text: &str| folder.write("s.toml", &format!("schema = 1\nmachine = \"machines/rig.toml\"\n{text}"));
     // Each value is allowed by itself; a bore as wide as its shaft is rejected.
     let file = vary("[[vary]]\npath = \"shaft[0].inner_diameter\"\nvalues = [\"10 mm\", \"25 mm\"]\n");
@@ -134,7 +134,7 @@ fn an_invalid_run_warns_and_is_exit_0() {
 
 #[test]
 fn a_step_that_is_too_large_is_refused_with_the_largest_allowed() {
-    let folder = Folder::new();
+    let folder = Folder::reduced();
     let said = say(&["simulate", &folder.name("machines/rig.toml"), "--step", "1 ms"]);
     assert_eq!(said.code, 3);
     assert!(said.err.contains("largest allowed"), "{}", said.err);
@@ -143,7 +143,7 @@ fn a_step_that_is_too_large_is_refused_with_the_largest_allowed() {
 
 #[test]
 fn options_of_simulate_are_what_is_simulated() {
-    let folder = Folder::new();
+    let folder = Folder::reduced();
     let rig = folder.name("machines/rig.toml");
     let said = say(&[
         "simulate",

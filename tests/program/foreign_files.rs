@@ -150,8 +150,8 @@ fn a_number_in_a_wrong_unit_is_a_warning_and_changes_no_exit_code() {
     let rig = fs::read_to_string(folder.path("machines/rig.toml")).expect("the rig");
     let slip = rig
         .replace("density = \"7850 kg/m3\"", "density = 7.85")
-        .replace("end_time = \"0.6 s\"", "end_time = \"1 ms\"");
-    assert_ne!(slip, rig);
+        .replace("end_time = \"0.17 s\"", "end_time = \"1 ms\"");
+    assert!(slip.contains("density = 7.85") && slip.contains("end_time = \"1 ms\""), "{slip}");
     folder.write("machines/slip.toml", &slip);
     let expected =
         "warning: rotor.shaft[0]: density 7.85 kg/m3, plausible is 500 kg/m3 to 25000 kg/m3; is its unit right?";
@@ -171,7 +171,7 @@ fn a_number_in_a_wrong_unit_is_a_warning_and_changes_no_exit_code() {
         "{}",
         said.err
     );
-    let short = rig.replace("end_time = \"0.6 s\"", "end_time = \"1 ms\"");
+    let short = rig.replace("end_time = \"0.17 s\"", "end_time = \"1 ms\"");
     let clean = say(&["check", &folder.write("machines/short.toml", &short)]);
     assert!(clean.code == 0 && !clean.err.contains("plausible"), "{}", clean.err);
 }

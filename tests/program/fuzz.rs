@@ -1,14 +1,12 @@
 //! Arbitrary input gives an error, never a panic, a hang or a huge allocation. Valid files with pieces changed, duplicated, moved and cut,
-//! and random bytes. The documented long run is `PROPTEST_CASES=25000 cargo test --release --test program fuzz::` (four times that many
+//! and random bytes. The documented long run is `PROPTEST_CASES=25000 cargo test --release --test program fuzz` (four times that many
 //! cases); without the variable every test takes 500. Memory and time of every case are bounded. Messages are in
 //! `worker/protocol/tests/messages.rs`.
 
 use crate::cap::{self, case};
 use crate::support::{Folder, say};
 use bladeoff::cli::{status_text, why_text};
-use bladeoff::history::{read, recover};
 use bladeoff::run::{own_columns, rehearsal};
-use bladeoff_answers::history::History;
 use bladeoff_answers::tables::{Table, Timing, TimingsWriter, count_sound_rows};
 use bladeoff_core::modal::Basis;
 use bladeoff_model::machine::MachineDef;
@@ -23,7 +21,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 
 /// Largest memory of a case \[bytes\].
-const MOST: usize = 256 << 20;
+pub const MOST: usize = 256 << 20;
 
 /// Valid and invalid pieces of files.
 const PIECES: [&str; 41] = [
@@ -112,7 +110,7 @@ fn changed(bytes: &[u8], changes: &[Change]) -> Vec<u8> {
 }
 
 /// A changed file, or random bytes.
-fn mutant(bytes: Vec<u8>) -> impl Strategy<Value = Vec<u8>> {
+pub fn mutant(bytes: Vec<u8>) -> impl Strategy<Value = Vec<u8>> {
     prop_oneof![
         8 => changes().prop_map(move |changes| changed(&bytes, &changes)),
         1 => prop::collection::vec(any::<u8>(), 0..400),
@@ -121,7 +119,7 @@ fn mutant(bytes: Vec<u8>) -> impl Strategy<Value = Vec<u8>> {
     ]
 }
 
-fn config() -> ProptestConfig {
+pub fn config() -> ProptestConfig {
     let cases = std::env::var("PROPTEST_CASES").ok().and_then(|cases| cases.parse().ok()).unwrap_or(500);
     ProptestConfig { cases, failure_persistence: None, ..ProptestConfig::default() }
 }
@@ -376,88 +374,6 @@ fn any_cut_of_a_table_is_refused() {
             assert!(Table::for_each_piece(&files, &["status"], |_| Ok(())).is_err());
         });
     }
-}
-
-/// A small history of each format.
-fn histories(folder: &Folder) -> Vec<(&'static str, Vec<u8>)> {
-    let rig = folder.name("machines/rig.toml");
-    let record = |extension: &'static str| {
-        let history = folder.name(&format!("whole.{extension}"));
-        let run = ["simulate", &rig, "--set", "run.end_time=20 ms", "--every", "1 ms", "--history", &history];
-        let said = say(&[&run[..], &["--channels", "rotor.speed_rad_s,contact"]].concat());
-        assert_eq!(said.code, 0, "{}", said.err);
-        (extension, fs::read(&history).expect("written"))
-    };
-    ["mcap", "parquet", "csv"].map(record).to_vec()
-}
-
-/// Reads a history with these bytes as `plot` does, and recovers an MCAP; returns the history.
-fn look_at_history(folder: &Folder, extension: &str, bytes: &[u8]) -> Option<History> {
-    let (path, saved) = (folder.path(&format!("h.{extension}")), folder.path("saved.mcap"));
-    fs::write(&path, bytes).expect("written");
-    case(MOST, || {
-        // recover does not overwrite files
-        let _ = fs::remove_file(&saved);
-        let _ = recover(&path, &saved);
-        read(&path).ok()
-    })
-}
-
-#[test]
-fn any_history_is_read_or_refused() {
-    let folder = Folder::new();
-    let all = histories(&folder);
-    let one_of_them = (0..all.len()).prop_flat_map({
-        let all = all.clone();
-        move |one| (Just(one), mutant(all[one].1.clone()))
-    });
-    proptest!(config(), |((one, bytes) in one_of_them)| {
-        look_at_history(&folder, all[one].0, &bytes);
-    });
-    println!("{}", cap::figures());
-}
-
-/// The numbers of an MCAP and of a Parquet history have a checksum: they are read as written, or not at all.
-#[test]
-fn a_history_that_is_changed_at_any_byte_has_its_numbers_or_is_refused() {
-    let folder = Folder::new();
-    for (extension, whole) in histories(&folder).into_iter().take(2) {
-        let known = look_at_history(&folder, extension, &whole).expect("whole");
-        let (mut refused, mut count) = (0, 0);
-        // one change of each byte, of three kinds in turn: a checksum detects each of them
-        for (at, flip) in (0..whole.len()).zip([0x01, 0x80, 0xff].into_iter().cycle()) {
-            let mut bytes = whole.clone();
-            bytes[at] ^= flip;
-            count += 1;
-            match look_at_history(&folder, extension, &bytes) {
-                None => refused += 1,
-                // messages of an MCAP may be missing, as after a killed run
-                Some(found) if extension == "parquet" || found.time.len() == known.time.len() => {
-                    let values =
-                        |history: &History| history.channels.iter().map(|one| one.values.clone()).collect::<Vec<_>>();
-                    assert!(found.time == known.time && values(&found) == values(&known), "byte {at} ^ {flip:#x}");
-                }
-                Some(_) => {}
-            }
-        }
-        println!("{extension}: {refused} of {count} refused; {}", cap::figures());
-        assert!(refused > count / 4, "{extension}: {refused} of {count}");
-    }
-}
-
-/// A length of 2^64-1, as in a chunk that its writer has begun, in place of any length.
-#[test]
-fn no_length_in_an_mcap_is_believed_beyond_its_file() {
-    let folder = Folder::new();
-    let (_, whole) = histories(&folder).swap_remove(0);
-    let mut refused = 0;
-    for at in 8..whole.len() - 8 {
-        let mut bytes = whole.clone();
-        bytes[at..at + 8].fill(0xff);
-        refused += u32::from(look_at_history(&folder, "mcap", &bytes).is_none());
-    }
-    println!("{refused} refused; {}", cap::figures());
-    assert!(refused > 100, "{refused}");
 }
 
 /// A small table with fixed content, each byte changed in three ways.

@@ -225,7 +225,7 @@ fn mistakes_of_machine_study_and_points_are_told_at_once() {
 
 #[test]
 fn extreme_numbers_are_refused_with_what_is_allowed() {
-    let folder = Folder::new();
+    let folder = Folder::reduced();
     let rig = folder.name("machines/rig.toml");
     for (path, value, part) in [
         ("rotor.initial_speed", "1e300", "allowed: 0 to 1e6 rad/s"),
@@ -255,7 +255,7 @@ fn extreme_numbers_are_refused_with_what_is_allowed() {
 /// `check` of runs that would take days returns within its time limit, prints what was measured and how the rest was extrapolated.
 #[test]
 fn check_comes_back_from_runs_without_end() {
-    let folder = Folder::new();
+    let folder = Folder::reduced();
     let text = "schema = 1\nmachine = \"machines/rig.toml\"\n[set]\n\"run.step\" = 1e-10\n\"run.end_time\" = 0.5\n";
     let begun = Instant::now();
     let said = say(&["check", &folder.write("s.toml", text)]);

@@ -164,7 +164,7 @@ fn a_machine_and_its_history_have_json() {
     let folder = Folder::new();
     let rig = folder.name("machines/rig.toml");
     let machine = object(0, &["check", &rig, "--json"]);
-    assert_eq!((&machine["machine"], &machine["engine"]), (&"lab_rig".into(), &"reduced".into()));
+    assert_eq!((&machine["machine"], &machine["engine"]), (&"lab_rig".into(), &"exponential".into()));
     let history = folder.name("a.csv");
     let set = ["--set", "run.end_time=0.02 s"];
     assert_eq!(say(&[&["simulate", &rig, "--history", &history], &set[..]].concat()).code, 0);

@@ -17,6 +17,7 @@ mod figures;
 mod file_faults;
 mod foreign_files;
 mod fuzz;
+mod fuzz_histories;
 mod guides;
 mod history;
 mod import;

@@ -32,7 +32,7 @@ struct Bench {
 
 impl Bench {
     fn new() -> Self {
-        let folder = Folder::new();
+        let folder = Folder::reduced();
         let rig = fs::read_to_string(folder.path("machines/rig.toml")).expect("the rig");
         Self { folder, rig, fresh: 0 }
     }

@@ -83,7 +83,7 @@ fn examples_of_help_can_be_pasted_at_every_width() {
 
 #[test]
 fn a_time_that_a_history_has_not_is_said_with_the_times_it_has() {
-    let folder = Folder::new();
+    let folder = Folder::reduced();
     let (rig, history, out) = (folder.name("machines/rig.toml"), folder.name("a.csv"), folder.name("a.svg"));
     assert_eq!(say(&["simulate", &rig, "--set", "run.end_time=0.02 s", "--history", &history]).code, 0);
     for (asked, told) in [
@@ -189,7 +189,7 @@ fn printed_commands_work_as_they_are_printed_however_the_program_was_called() {
 fn of_a_sample_without_a_row_no_command_is_told_that_needs_one() {
     let folder = Folder::new();
     // samples that take much longer than the run
-    let study = folder.write("s.toml", &STUDY.replace("[set]", "[set]\n\"run.step\" = \"1e-9 s\""));
+    let study = folder.write("s.toml", &STUDY.replace("exponential\"", "reduced\"\n\"run.step\" = \"1e-9 s\""));
     let out = folder.name("out");
     assert_eq!(say(&["run", &study, "--out", &out, "--wall", "0.1 s"]).code, 5);
     let why = say(&["why", &out, "3"]);
@@ -291,17 +291,16 @@ fn why_shows_the_twin_of_a_sample_that_has_one() {
 
 #[test]
 fn a_study_that_cannot_start_says_so_once_and_what_is_allowed() {
-    let folder = Folder::new();
-    let study = folder.write("s.toml", &STUDY.replace("[set]", "[set]\n\"run.step\" = \"1 ms\""));
+    let folder = Folder::reduced();
+    let study = folder.write("s.toml", &STUDY.replace("exponential\"", "reduced\"\n\"run.step\" = \"1 ms\""));
     let said = say(&["check", &study]);
     assert_eq!(said.code, 3, "{}", said.err);
     assert_eq!(said.err.matches("cannot start").count(), 1, "{}", said.err);
-    assert!(said.err.contains("s.toml:6:1: run.step = 1 ms: the step 1 ms is too large"), "{}", said.err);
+    assert!(said.err.contains("s.toml:8:1: run.step = 1 ms: the step 1 ms is too large"), "{}", said.err);
     // the printed limit is accepted
     let limit = said.err.split("largest allowed ").nth(1).and_then(|rest| rest.split(" = ").next()).expect("a limit");
     assert!(limit.ends_with(" us"), "{limit}");
-    let rig = folder.name("machines/rig.toml");
-    let said = say(&["simulate", &rig, "--set", "run.end_time=1 ms", "--step", limit]);
+    let said = say(&["simulate", &folder.name("machines/rig.toml"), "--set", "run.end_time=1 ms", "--step", limit]);
     assert!(!said.err.contains("too large"), "{limit}: {}", said.err);
 }
 
@@ -357,7 +356,7 @@ fn a_fixed_release_angle_is_said_and_the_lines_that_are_proposed_vary_it() {
     let same = again("\"10 deg\", \"370 deg\", \"55 deg\"");
     assert!(same.err.contains("are the same angle: they differ by whole periods of 45 deg"), "{}", same.err);
     assert!(!again("\"0 deg\", \"50 deg\"").err.contains("the same angle"));
-    let round = check(&format!("{text}\n[set]\n\"diaphragms.seal.blades.count\" = 0\n"));
+    let round = check(&(text + "\n[set]\n\"run.engine\" = \"reduced\"\n\"diaphragms.seal.blades.count\" = 0\n"));
     assert!(!round.err.contains("in every sample"), "{}", round.err);
 }
 
@@ -483,7 +482,7 @@ fn on_a_terminal_of_60_columns_keys_leave_no_copies_of_the_bar() {
 
 #[test]
 fn a_run_that_takes_long_says_how_far_it_is() {
-    let folder = Folder::new();
+    let folder = Folder::reduced();
     let rig = folder.name("machines/rig.toml");
     let mut child = bladeoff(&["simulate", &rig, "--set", "run.end_time=400 s", "--step", "0.05 us"])
         .stdout(Stdio::null())

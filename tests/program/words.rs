@@ -270,7 +270,7 @@ fn a_unit_as_people_write_it_is_answered_with_ours() {
 
 #[test]
 fn the_largest_step_as_it_is_printed_is_allowed() {
-    let folder = Folder::new();
+    let folder = Folder::reduced();
     let rig = folder.name("machines/rig.toml");
     let simulate = |more: &[&str]| {
         let said = say(&[&["simulate", &rig, "--set", "run.end_time=1 ms"][..], more].concat());

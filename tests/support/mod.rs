@@ -117,8 +117,8 @@ impl Folder {
         let folder = Self(tempfile::tempdir().expect("a temporary folder"));
         let rig = fs::read_to_string(root().join("studies/machines/lab_rig.toml")).expect("the lab rig");
         assert!(rig.contains("end_time = \"0.6 s\""), "the lab rig as this test knows it");
-        // one engine for every test; tests/program/auto.rs tests machines without a named engine
-        let rig = rig.replace("[run]\n", "[run]\nengine = \"reduced\"\n");
+        // one engine for every test, that of studies; tests/program/auto.rs tests machines without a named engine
+        let rig = rig.replace("[run]\n", "[run]\nengine = \"exponential\"\n");
         folder.write("machines/rig.toml", &rig.replace("end_time = \"0.6 s\"", "end_time = \"0.17 s\""));
         folder
     }
@@ -141,6 +141,15 @@ impl Folder {
         // runs within a test program change its umask temporarily, and other users read these files
         fs::set_permissions(&path, fs::Permissions::from_mode(0o644)).expect("own");
         self.name(name)
+    }
+
+    /// The same with the reference engine `reduced`, for tests of its equal steps.
+    pub fn reduced() -> Self {
+        let folder = Self::new();
+        let rig = fs::read_to_string(folder.path("machines/rig.toml")).expect("the rig");
+        assert!(rig.contains("engine = \"exponential\""), "{rig}");
+        folder.write("machines/rig.toml", &rig.replace("engine = \"exponential\"", "engine = \"reduced\""));
+        folder
     }
 
     /// A study of 12 samples, some of which have contact.

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 /// Longest wait for a state.
 pub const WATCHDOG: Duration = Duration::from_secs(240);
 
-/// 20 samples of `machines/rig.toml`, each a tenth of a second.
+/// 20 samples of `machines/rig.toml`, without contact; each takes some milliseconds.
 pub const STUDY: &str = include_str!("../../orchestrator/dev/src/chaos/study.toml");
 
 /// State letter of a process; `None` if the process does not exist.

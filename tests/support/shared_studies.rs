@@ -26,6 +26,23 @@ kind = "monte-carlo"
 samples = 2000
 "#;
 
+/// Samples that take some microseconds, so many that their record is larger than 12 MiB.
+pub const LARGE_RECORD: &str = r#"schema = 1
+model = "function"
+
+[function]
+g = "x"
+
+[[vary]]
+name = "x"
+from = 0
+to = 1
+count = 80000
+"#;
+
+/// Number of samples of [`LARGE_RECORD`].
+pub const MANY: u64 = 80_000;
+
 /// Runs a study of two samples of the rig into a directory within the folder; returns the study file.
 pub fn two_samples(folder: &Folder, out: &str) -> String {
     folder.write("p.csv", "blade_off.mass\n3 g\n5 g\n");

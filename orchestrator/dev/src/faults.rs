@@ -7,13 +7,15 @@
 //! | `who` | process that acts: `worker`, `orchestrator` |
 //! | `at` | state ([`At`]) in lower case. Both processes have `claimed`, `running`, `sent`, `recorded`, `writing`; the orchestrator alone has the others |
 //! | `sample` | number, or `any` |
-//! | `do` | `kill`, `stop`, `abort`, `panic`, `hang`, `hoard` (allocate until it fails); of the orchestrator also `kill-worker`, `stop-worker`: it signals the worker of that sample |
+//! | `do` | `kill`, `stop`, `abort`, `panic`, `hang`, `hoard` (allocate until it fails), `pause` (wait 0.1 s each time, without a file); of the orchestrator also `kill-worker`, `stop-worker`: it signals the worker of that sample |
 //! | `times` | largest number of firings for one sample, over all processes; default 1 |
 //! | `dir` | an existing directory. Each firing creates a file `fired-AT-SAMPLE-N` there: it counts the firing and proves it |
 //!
 //! Only the orchestrator sees that a sample is `recorded`: use `who=orchestrator,at=recorded,do=kill-worker`. The orchestrator learns
 //! from a heartbeat, twice a second, that a sample is running. A worker therefore waits in a sample for which the orchestrator has a
 //! fault `at=running`, until that fault has fired.
+//!
+//! `pause` gives samples a duration that takes no CPU time: other samples remain when a fault fires, at any load of the machine.
 
 use bladeoff_worker::fault::{At, Faults};
 use bladeoff_worker::process::{signal, signal_self};
@@ -27,6 +29,8 @@ use std::time::Duration;
 pub const FAULT_VARIABLE: &str = "BLADEOFF_FAULT";
 /// Interval at which a worker checks whether the orchestrator's fault has fired.
 const LOOK_EVERY: Duration = Duration::from_millis(5);
+/// Duration of a pause.
+const PAUSE: Duration = Duration::from_millis(100);
 
 /// Kind of process.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -56,13 +60,14 @@ const STATES: [(&str, At); 11] = [
 ];
 
 /// Words of `do`.
-const ACTIONS: [(&str, Do); 8] = [
+const ACTIONS: [(&str, Do); 9] = [
     ("kill", Do::Kill),
     ("stop", Do::Stop),
     ("abort", Do::Abort),
     ("panic", Do::Panic),
     ("hang", Do::Hang),
     ("hoard", Do::Hoard),
+    ("pause", Do::Pause),
     ("kill-worker", Do::KillWorker),
     ("stop-worker", Do::StopWorker),
 ];
@@ -75,6 +80,7 @@ enum Do {
     Panic,
     Hang,
     Hoard,
+    Pause,
     KillWorker,
     StopWorker,
 }
@@ -178,7 +184,10 @@ impl Fault {
             }
         };
         let times = value("times").unwrap_or("1").parse().map_err(|_| wrong("times", "a number"))?;
-        let dir = value("dir").map(PathBuf::from).ok_or_else(|| wrong("dir", "a directory"))?;
+        let dir = match value("dir").map(PathBuf::from) {
+            None if what == Do::Pause => PathBuf::new(),
+            dir => dir.ok_or_else(|| wrong("dir", "a directory"))?,
+        };
         Ok(Self { who, at, sample, what, times, dir })
     }
 
@@ -194,7 +203,10 @@ impl Fault {
 
     /// Takes one of the allowed firings, if one is left, by creating its file: the count is exact for any number of processes.
     fn counts(&self, sample: u64) -> bool {
-        (1..=self.times).any(|n| OpenOptions::new().write(true).create_new(true).open(self.proof(sample, n)).is_ok())
+        // a pause proves nothing, and is not counted
+        self.what == Do::Pause
+            || (1..=self.times)
+                .any(|n| OpenOptions::new().write(true).create_new(true).open(self.proof(sample, n)).is_ok())
     }
 
     fn act(&self, worker: Option<u32>) {
@@ -212,6 +224,7 @@ impl Fault {
                     hoard.push(std::hint::black_box(vec![1_u8; 1 << 20]));
                 }
             }
+            Do::Pause => std::thread::sleep(PAUSE),
             Do::KillWorker => {
                 let _ = worker.is_some_and(|pid| signal(pid, Signal::KILL));
             }
@@ -253,6 +266,19 @@ mod tests {
         };
         assert_eq!([fire(6), fire(7), fire(7), fire(7)], [false, true, true, false]);
         assert!(dir.path().join("fired-sent-7-2").exists());
+    }
+
+    #[test]
+    fn a_pause_takes_its_time_and_leaves_no_file() {
+        let dir = tempfile::tempdir().expect("temporary directory");
+        let text = "who=worker,at=running,sample=any,do=pause";
+        for text in [text.to_owned(), format!("{text},dir={}", dir.path().display())] {
+            let faults = EnvironmentFaults::parse(&text, Who::Worker).expect("valid");
+            let begun = std::time::Instant::now();
+            (0..2).for_each(|sample| faults.reached(At::Running, sample, None));
+            assert!(begun.elapsed() >= 2 * PAUSE);
+        }
+        assert!(std::fs::read_dir(dir.path()).expect("readable").next().is_none());
     }
 
     #[test]

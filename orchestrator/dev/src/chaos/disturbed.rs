@@ -14,6 +14,9 @@ use std::time::{Duration, Instant};
 /// Longest duration of a disturbed run; a run that takes longer counts as hanging.
 pub const WATCHDOG: Duration = Duration::from_secs(240);
 
+/// Fault that makes each sample take a tenth of a second without computing, so that results are durable before the last sample begins.
+pub const PAUSE: &str = "who=worker,at=running,sample=any,do=pause";
+
 /// A running `bladeoff run`, with its events and messages in files.
 #[derive(Debug)]
 pub struct Running {

@@ -7,7 +7,7 @@ mod error;
 mod storm;
 mod subject;
 
-pub use disturbed::{Running, WATCHDOG, left_behind, lives, state};
+pub use disturbed::{PAUSE, Running, WATCHDOG, left_behind, lives, state};
 pub use error::ChaosError;
 pub use storm::{Figures, Storm};
 pub use subject::{LAB_RIG, SAMPLES, STUDY};

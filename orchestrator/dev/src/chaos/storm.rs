@@ -1,6 +1,6 @@
 //! Chaos test: random faults, counts of what happened, and checks of the results.
 
-use super::disturbed::{Running, WATCHDOG, left_behind, lives, state};
+use super::disturbed::{PAUSE, Running, WATCHDOG, left_behind, lives, state};
 use super::error::ChaosError;
 use super::subject::{LAB_RIG, SAMPLES, STUDY};
 use bladeoff_system::files::FileError;
@@ -132,7 +132,8 @@ impl Storm {
         let kill_what = one_of(random, &["orchestrator", "worker"]);
         let which = random.below(u64::MAX);
         let faults: Vec<_> = planned.iter().map(|(w, d, a, s)| format!("who={w},at={a},sample={s},do={d}")).collect();
-        let mut run = self.start(out, &format!("run-{}", self.figures.runs), &faults.join(";"))?;
+        let faults = format!("{PAUSE};{}", faults.join(";"));
+        let mut run = self.start(out, &format!("run-{}", self.figures.runs), &faults)?;
         self.figures.runs += 1;
         let (start, orchestrator) = (Instant::now(), run.child.id());
         let mut is_due = kill_after.is_some();

@@ -3,8 +3,7 @@
 /// The lab rig of `studies/machines`: a machine that is simulated in a fraction of a second.
 pub const LAB_RIG: &str = include_str!("../../../../studies/machines/lab_rig.toml");
 
-/// 4 gaps x 5 masses of `machines/rig.toml`; a sample takes a tenth of a second, so that results are on disk before the last sample
-/// begins.
+/// 4 gaps x 5 masses of `machines/rig.toml`; a sample takes some milliseconds.
 pub const STUDY: &str = include_str!("study.toml");
 
 /// Number of samples of the study.
