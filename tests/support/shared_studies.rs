@@ -43,6 +43,13 @@ count = 80000
 /// Number of samples of [`LARGE_RECORD`].
 pub const MANY: u64 = 80_000;
 
+/// Lines of `[function]` with outputs of an input that take some ten microseconds each: a study of few samples that takes time. Many cheap samples
+/// would take most of the time for their preparation.
+pub fn slow_outputs(count: u32, input: &str) -> String {
+    let terms: String = (0..200).map(|term| format!(" + 0 * sin({input} + {term})")).collect();
+    (0..count).map(|output| format!("slow{output} = \"{input}{terms}\"\n")).collect()
+}
+
 /// Runs a study of two samples of the rig into a directory within the folder; returns the study file.
 pub fn two_samples(folder: &Folder, out: &str) -> String {
     folder.write("p.csv", "blade_off.mass\n3 g\n5 g\n");
