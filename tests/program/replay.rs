@@ -10,10 +10,10 @@ fn a_replayed_sample_is_equal_to_its_row() {
     let folder = Folder::new();
     let study = folder.write(
         "study.toml",
-        "schema = 1\nname = \"small\"\nmachine = \"machines/rig.toml\"\n[set]\n\"run.end_time\" = \"0.06 s\"\n\
+        "schema = 1\nname = \"small\"\nmachine = \"machines/rig.toml\"\n[set]\n\"run.end_time\" = \"0.03 s\"\n\
          \"blade_off.mass\" = \"13 g\"\n\"contact.friction_law\" = \"slip\"\n\
          [[vary]]\npath = \"run.engine\"\nvalues = [\"reduced\", \"full\", \"exponential\"]\n\
-         [[vary]]\npath = \"contact.gap\"\nvalues = [\"0.4 mm\", \"0.4 mm\", \"1 mm\"]\nzip = \"case\"\n\
+         [[vary]]\npath = \"contact.gap\"\nvalues = [\"0.1 mm\", \"0.1 mm\", \"1 mm\"]\nzip = \"case\"\n\
          [[vary]]\npath = \"contact.friction\"\nvalues = [0.15, 0.9, 0.15]\nzip = \"case\"\n\
          [limits]\nmax_failed = \"100 %\"\n",
     );
@@ -82,7 +82,7 @@ fn a_replayed_sample_is_equal_to_its_row() {
     assert!(said.code == 3 && said.err.contains("has no column") && !said.err.contains("rub_regime"), "{}", said.err);
     // a plan that does not belong to the table is a damaged file
     let plan = folder.path("run/plan.json");
-    let changed = fs::read_to_string(&plan).expect("the plan").replace("0.06", "0.07");
+    let changed = fs::read_to_string(&plan).expect("the plan").replace("0.03", "0.07");
     fs::write(&plan, changed).expect("write");
     assert_eq!(say(&["replay", &out, "--sample", "0"]).code, 6);
 }

@@ -56,6 +56,23 @@ fn layout(kind: LayoutKind, seed: u64) -> SamplingLayout {
     SamplingLayout::new(&def, seed, &names, &[law.clone(), law], &Copula::independent(2)).expect("a design")
 }
 
+/// The points of a design, computed once for all kinds of study with this design.
+struct Points {
+    layout: SamplingLayout,
+    known: Vec<[f64; 2]>,
+}
+
+impl Points {
+    fn up_to(&mut self, count: u64) -> &[[f64; 2]] {
+        for index in self.known.len() as u64..count {
+            let mut point = [0.0; 2];
+            self.layout.fill(index, &mut point);
+            self.known.push(point);
+        }
+        &self.known[..count as usize]
+    }
+}
+
 /// A kind of study: design, output, figure, its true value and the largest permitted relative half width.
 #[derive(Clone, Copy)]
 struct Case {
@@ -109,14 +126,11 @@ impl Case {
 
     /// Whether the interval at the end of a study covers the true value, and the number of points of the study; `spends`: with error
     /// spending.
-    fn end(&self, values: &mut Vec<f64>, layout: &SamplingLayout, spends: bool) -> (bool, u64) {
+    fn end(&self, values: &mut Vec<f64>, points: &mut Points, spends: bool) -> (bool, u64) {
         let rule = StopRule { relative: Some(self.relative), ..StopRule::default() };
         for look in interim_analyses(MOST, ALPHA) {
-            for index in values.len() as u64..look.points {
-                let mut point = [0.0; 2];
-                layout.fill(index, &mut point);
-                values.push(output(self.output, &point));
-            }
+            let begin = values.len();
+            values.extend(points.up_to(look.points).iter().skip(begin).map(|point| output(self.output, point)));
             let seen = &values[..look.points as usize];
             let found = self.figures(seen, if spends { look.alpha } else { ALPHA });
             if look.is_last || rule.is_enough(std::slice::from_ref(&found)) {
@@ -136,19 +150,27 @@ struct Measured {
     points: [f64; 2],
 }
 
-fn measured(case: &Case, repeats: u64) -> Measured {
-    let (mut held, mut points) = ([0u64; 2], [0u64; 2]);
+/// Measures kinds of study with the same design.
+fn measured(cases: &[Case], repeats: u64) -> Vec<Measured> {
+    let mut counts = vec![([0u64; 2], [0u64; 2]); cases.len()];
     for repeat in 0..repeats {
-        let layout = layout(case.kind, 7000 + repeat);
-        let mut values = Vec::new();
-        for (at, spends) in [false, true].into_iter().enumerate() {
-            let (holds, end) = case.end(&mut values, &layout, spends);
-            held[at] += u64::from(holds);
-            points[at] += end;
+        let mut points = Points { layout: layout(cases[0].kind, 7000 + repeat), known: Vec::new() };
+        for (case, (held, ends)) in cases.iter().zip(&mut counts) {
+            let mut values = Vec::new();
+            for (at, spends) in [false, true].into_iter().enumerate() {
+                let (holds, end) = case.end(&mut values, &mut points, spends);
+                held[at] += u64::from(holds);
+                ends[at] += end;
+            }
         }
     }
     let share = |count: u64| count as f64 / repeats as f64;
-    Measured { plain: share(held[0]), spending: share(held[1]), points: points.map(share) }
+    let measured = |(held, ends): ([u64; 2], [u64; 2])| Measured {
+        plain: share(held[0]),
+        spending: share(held[1]),
+        points: ends.map(share),
+    };
+    counts.into_iter().map(measured).collect()
 }
 
 fn cases() -> Vec<Case> {
@@ -187,8 +209,9 @@ fn the_interval_that_ends_a_study_covers_the_true_value_about_as_often_as_it_sta
     let wanted = std::env::var("STOP_CASES").unwrap_or_default();
     let repeats = asked.unwrap_or(40);
     let (mut covered, mut counted) = (0.0, 0.0);
-    for case in cases().into_iter().filter(|case| case.name().contains(&wanted)) {
-        let Measured { plain, spending, points: [fewer, more] } = measured(&case, repeats);
+    let cases: Vec<Case> = cases().into_iter().filter(|case| case.name().contains(&wanted)).collect();
+    let all = cases.chunk_by(|a, b| a.kind == b.kind).flat_map(|cases| measured(cases, repeats));
+    for (case, Measured { plain, spending, points: [fewer, more] }) in cases.iter().zip(all) {
         if asked.is_some() {
             println!(
                 "{:<56} plain {:5.1} %, spending {:5.1} %, {fewer:7.0} points of {more:7.0}: {:.2}",
