@@ -240,7 +240,7 @@ fn stop_at(state: &str) -> String {
 fn signalled(fault: &str, signals: &[&str]) -> (Folder, Running) {
     let folder = Folder::new();
     let study = folder.write("s.toml", STUDY);
-    let run = Running::start(&folder, &study, &folder.name("out"), fault);
+    let run = Running::start_slow(&folder, &study, &folder.name("out"), fault);
     let pid = run.child.id();
     wait_until("it stops", || run.fired() > 0 && state(pid) == Some('T'));
     for name in signals {
