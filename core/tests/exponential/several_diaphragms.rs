@@ -125,14 +125,16 @@ fn a_diaphragm_out_of_reach_changes_no_digit() {
     same_digits(&alone, &of(&(far + &near)), "seal");
 }
 
-/// Rings on both sides of the disc; both are touched within the first tenth of a second.
+/// Rings on both sides of the disc; both are touched within the first tenth of a second, after a release at 300 rad/s within half of that.
 const RINGS: [(&str, f64, f64); 2] = [("a", 0.4, 3e-4), ("b", 0.6, 3.05e-4)];
 
 /// Detections, with one point of contact and with several.
 const DETECTIONS: [&str; 4] = ["\"hyp2\"", "\"hyp1\"", "\"hyp2-frozen\"", "\"hyp2\"\npoints = \"one\""];
 
 fn rings_of(engine: &str, detection: &str) -> Row {
-    let text = rig_text(&format!("end_time = 0.15\n{engine}\nrotor_modes = 30"), &RINGS);
+    let text = rig_text(&format!("end_time = 0.08\n{engine}\nrotor_modes = 30"), &RINGS);
+    let text = text.replace("initial_speed = \"3000 rpm\"", "initial_speed = 300");
+    assert!(text.contains("initial_speed = 300\n"), "the speed is changed");
     let row = run(machine(&text.replace("\"hyp2\"", detection)));
     both_touch(&row);
     row
