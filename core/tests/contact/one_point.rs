@@ -19,7 +19,7 @@ fn limit(column: &str, coarse: &Row, fine: &Row) -> f64 {
 #[test]
 fn a_rub_of_the_rig_is_that_of_the_reduced_engine() {
     let end = ("run.end_time", "0.25 s");
-    let [coarse, fine] = ["1.7 us", "0.85 us"].map(|step| row("lab_rig", "reduced", &[end, ("run.step", step)]));
+    let [coarse, fine] = ["3.4 us", "1.7 us"].map(|step| row("lab_rig", "reduced", &[end, ("run.step", step)]));
     for ours in
         [row("lab_rig", "exponential", &[end]), row("lab_rig", "exponential", &[end, ("run.contact_step", "0.75 us")])]
     {
@@ -69,7 +69,7 @@ fn steps_without_a_fixed_point_have_the_place_without_impulses() {
 fn a_rub_of_the_turbine_is_that_of_the_reduced_engine() {
     let end = ("run.end_time", "3.4 s");
     let [coarse, fine] =
-        ["13.6 us", "6.8 us"].map(|step| row("lp_turbine_paper", "reduced", &[end, ("run.step", step)]));
+        ["27.2 us", "13.6 us"].map(|step| row("lp_turbine_paper", "reduced", &[end, ("run.step", step)]));
     let ours = row("lp_turbine_paper", "exponential", &[end]);
     assert_eq!(ours.outcome.status, Status::Ok);
     for (column, tolerance) in

@@ -72,7 +72,7 @@ fn what_a_single_place_leaves_goes_with_the_step() {
 fn a_stiff_rotor_in_a_tiny_gap_settles_in_both_engines() {
     let changes = [
         ("contact.gap", "1 um"),
-        ("run.end_time", "0.006"),
+        ("run.end_time", "0.004"),
         ("rotor.shaft[0].diameter", "80 mm"),
         ("rotor.shaft[1].diameter", "80 mm"),
         ("rotor.shaft[2].diameter", "80 mm"),

@@ -12,7 +12,7 @@ fn turbine(friction: &str, end: &str, points: &str) -> Row {
         ("run.limit.ring_displacement.on_exceed", "note"),
     ];
     let row = run(machine_with(&study_machine("lp_turbine_paper"), &changes));
-    assert!(row.value("contact_impulse_Ns") > 1e5, "contact happened");
+    assert!(row.value("contact_impulse_Ns") > 5e4, "contact happened");
     println!(
         "friction {friction}, {points}: {:?} penetration {:.1e} m, friction energy {:.3e} J, normal work {:.2e} J, balance {:.1e}, \
          {} steps without fixed point, {} with several points, filtered force {:.4e} N, impulse {:.4e} N s",
@@ -31,7 +31,7 @@ fn turbine(friction: &str, end: &str, points: &str) -> Row {
 
 #[test]
 fn several_points_leave_no_penetration() {
-    let (one, several) = (turbine("0.2", "3.8", "one"), turbine("0.2", "3.8", "several"));
+    let (one, several) = (turbine("0.2", "3.25", "one"), turbine("0.2", "3.25", "several"));
     assert!(one.value("no_fixed_point_steps") > 500.0 && several.value("several_points_steps") > 500.0);
     assert_eq!(one.value("several_points_steps"), 0.0);
     // a millionth of the gap, where one point leaves a two-hundredth of the gap

@@ -12,6 +12,7 @@ mod exponential_random;
 mod exponential_rub;
 mod exponential_run;
 mod free_run;
+#[cfg(target_arch = "x86_64")]
 mod instructions;
 mod parabola_peak;
 mod prescribed_speed;

@@ -72,10 +72,10 @@ fn driven_rotors_rub_as_on_the_reference_engine() {
     // At -20 rad/s2, the largest 1 ms force of hyp1 is that of one bounce after 0.08 s, and single runs scatter by 1.2 % there: over 15 initial speeds
     // within 0.4 %, the means of both engines differ by 1.2e-4.
     for (detection, law, end, tolerance) in [
-        ("hyp2", "acceleration = 0", "0.25 s", 2e-3),
-        ("hyp1", "acceleration = 0", "0.25 s", 5e-3),
+        ("hyp2", "acceleration = 0", "0.15 s", 2e-3),
+        ("hyp1", "acceleration = 0", "0.15 s", 5e-3),
         ("hyp1", "acceleration = -20", "0.08 s", 3e-3),
-        ("hyp2", "acceleration = 60", "0.25 s", 2e-3),
+        ("hyp2", "acceleration = 60", "0.15 s", 2e-3),
     ] {
         let changes = [
             ("run.end_time", end),

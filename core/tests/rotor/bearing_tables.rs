@@ -346,7 +346,7 @@ fn the_loads_of_strongly_damped_tables_are_those_of_the_full_engine() {
     ] {
         for speed in speeds {
             let of = |engine: &str| {
-                let changes = [("rotor.initial_speed", *speed), ("run.end_time", "0.3 s"), ("run.engine", engine)];
+                let changes = [("rotor.initial_speed", *speed), ("run.end_time", "0.15 s"), ("run.engine", engine)];
                 run(machine_with(&text, &changes))
             };
             let [full, reduced, exponential] = ["full", "reduced", "exponential"].map(of);
@@ -368,7 +368,7 @@ fn a_rub_on_a_strongly_damped_table_has_the_loads_of_the_full_engine() {
                  kyy = [9e7, 4e7, 3e7], cxx = [4e5, 2e5, 1e5], cyy = [9e5, 4e5, 3e5] }\n";
     let text = study_machine("lab_rig").replacen(linear, table, 1);
     let of = |engine: &str| {
-        run(machine_with(&text, &[("run.end_time", "0.08 s"), ("contact.gap", "0.3 mm"), ("run.engine", engine)]))
+        run(machine_with(&text, &[("run.end_time", "0.06 s"), ("contact.gap", "0.3 mm"), ("run.engine", engine)]))
     };
     let [full, reduced, exponential] = ["full", "reduced", "exponential"].map(of);
     assert!(full.value("impacts") > 0.0, "touches");

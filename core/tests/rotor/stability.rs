@@ -186,7 +186,7 @@ fn engines_agree_on_the_least_damping() {
         let rows = ["exponential", "reduced", "full"].map(|engine| {
             let common = [
                 ("run.engine", engine),
-                ("run.end_time", "0.3"),
+                ("run.end_time", "0.15"),
                 ("blade_off.mass", "0.1 g"),
                 ("braking.constant", "0.2"),
             ];

@@ -214,7 +214,7 @@ fn several_losses_happen_in_their_order() {
 #[test]
 fn a_released_blade_rubs_and_nobody_who_looks_changes_it() {
     let text = study_machine("lab_rig")
-        .replace("end_time = \"0.6 s\"", "end_time = \"0.4 s\"")
+        .replace("end_time = \"0.6 s\"", "end_time = \"0.22 s\"")
         .replace("phase = \"0 deg\"", "phase = \"0 deg\"\nrelease_time = \"0.0500017 s\"");
     for engine in ["reduced", "exponential"] {
         let machine = || machine(&text.replace("[run]", &format!("[run]\nengine = \"{engine}\"")));

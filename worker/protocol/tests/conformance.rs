@@ -23,6 +23,8 @@ const WATCHDOG: Duration = Duration::from_secs(60);
 trait Kind {
     type Hub: HubPort;
     type Worker: WorkerPort + 'static;
+    /// Messages of each worker in `workers_that_ask_together_are_heard_at_once`: transports in memory have no rare losses to wait for.
+    const ROUNDS: u64 = 10_000;
     fn hub(&mut self) -> Self::Hub;
     /// The result is called on the worker's thread.
     fn connector(&self) -> Box<dyn Fn(WorkerId) -> Self::Worker + Send>;
@@ -72,6 +74,7 @@ impl Ipc {
 impl Kind for Ipc {
     type Hub = IpcHub;
     type Worker = IpcWorker;
+    const ROUNDS: u64 = 150_000;
     fn hub(&mut self) -> IpcHub {
         IpcHub::create(self.domain.address(), 4).expect("a hub")
     }
@@ -229,7 +232,6 @@ fn the_waker_ends_a_wait<K: Kind>(mut kind: K) {
 /// iceoryx2 withholds a wake-up once in some 100 000 messages, and every later wait then lasts until the backstop.)
 fn workers_that_ask_together_are_heard_at_once<K: Kind>(mut kind: K) {
     const WORKERS: u32 = 3;
-    const ROUNDS: u64 = 150_000;
     // A withheld wake-up delays every later message; a busy machine delays single ones.
     const SLOW: Duration = Duration::from_millis(900);
     const MOST_SLOW: u32 = 20;
@@ -241,7 +243,7 @@ fn workers_that_ask_together_are_heard_at_once<K: Kind>(mut kind: K) {
                 let worker = WorkerId(number);
                 let mut link = WorkerLink::new(connect(worker), RUN, worker);
                 let mut slow = 0;
-                for round in 0..ROUNDS {
+                for round in 0..K::ROUNDS {
                     let start = Instant::now();
                     link.send(if round == 0 { hello() } else { ask() }).expect("sent");
                     link.receive().expect("answered");
@@ -251,7 +253,7 @@ fn workers_that_ask_together_are_heard_at_once<K: Kind>(mut kind: K) {
             })
         })
         .collect();
-    for _ in 0..u64::from(WORKERS) * ROUNDS {
+    for _ in 0..u64::from(WORKERS) * K::ROUNDS {
         let incoming = receive(&mut hub);
         hub.answer(incoming.ticket, incoming.message.worker, &ToWorker::Continue).expect("answered");
     }
