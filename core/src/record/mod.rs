@@ -339,7 +339,7 @@ impl Recorders {
         self.judge_at(false, machine, structure);
     }
 
-    /// `ends`: whether the run ends here. A run that newly exceeds a limit is judged as if it ended here.
+    /// `ends`: whether the run ends here.
     fn judge_at(&mut self, ends: bool, machine: &Machine, structure: &Structure) {
         let exceeds = self.limits.is_newly_beyond();
         // values after the exceeded limit are outside the model, whether the run ends there or not
@@ -347,7 +347,7 @@ impl Recorders {
             return;
         }
         let holds = if exceeds { Guards::hold_now } else { Guards::hold };
-        if holds(&mut self.guards, &self.energies, &self.rings, machine, structure, ends || exceeds) {
+        if holds(&mut self.guards, &self.energies, &self.rings, machine, structure, ends) {
             self.hold();
         }
     }
@@ -387,6 +387,13 @@ impl Recorders {
         if end.is_between_steps() {
             self.judge_at(true, machine, structure);
         }
+    }
+
+    /// Returns whether the run ends here because of an exceeded limit. Within the first contact phase it continues until the step is known to
+    /// resolve the impact or not: until the phase has as many steps as `run.guard.impact_steps` requires, or has ended.
+    pub fn ends_at_limit(&self, machine: &Machine) -> bool {
+        let unresolved = |ends| verdict::impact_resolution(&self.rings, machine, ends).is_some();
+        self.limits.ends(machine) && (unresolved(false) || !unresolved(true))
     }
 
     /// Returns the smallest ratio of steps per impact to `run.guard.impact_steps` of a run that has ended; `None` where the step resolves all

@@ -127,9 +127,8 @@ fn broken_guards(energies: &EnergyBalance, rings: &[RingRecorders], machine: &Ma
     causes
 }
 
-/// Smallest ratio of steps per impact to `run.guard.impact_steps`; `None` where the step resolves all impacts. If the run ends here within its
-/// first contact phase, that phase counts with its steps so far: a limit that is exceeded after fewer steps than the guard requires is exceeded
-/// at a time that the step does not resolve.
+/// Smallest ratio of steps per impact to `run.guard.impact_steps`; `None` where the step resolves all impacts. If the run `ends` within its first
+/// contact phase, that phase counts with its steps so far.
 pub(super) fn impact_resolution(rings: &[RingRecorders], machine: &Machine, ends: bool) -> Option<f64> {
     // a stator without degrees of freedom takes an impact in one step for any step size
     let resolves = machine.diaphragms.iter().map(|diaphragm| matches!(diaphragm.kind, DiaphragmKind::Flexible(_)));
