@@ -50,7 +50,7 @@ fn runs_beyond_the_model_are_counted_printed_and_limited() {
     for part in [
         "beyond the model: it exceeded",
         "ring_displacement",
-        "ratio 53.3 ",
+        "ratio 1.04 ",
         "to `run.limit.ring_displacement.value`",
         "limit exceeded                   at 31.",
         "what to do",

@@ -147,7 +147,7 @@ impl<'a> Run<'a> {
     /// Cause of the end of the run, other than a stop of the rotor.
     fn ended(&self) -> Option<EndCause> {
         let run = &self.machine.run;
-        if self.recorders.ends_at_limit(self.machine) {
+        if self.recorders.limits.ends(self.machine) {
             return Some(EndCause::Limit);
         }
         if run.end_speed > 0.0 && self.motion.speed <= run.end_speed {

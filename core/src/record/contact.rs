@@ -228,10 +228,9 @@ impl ContactRecorder {
         self.penetration.value.into_iter().chain(self.left).reduce(f64::max)
     }
 
-    /// Equivalent number of steps per contact phase \[-\], over the phases so far. Before the first phase has ended: `None`, or the steps of
-    /// this phase so far if the run `ends` here.
-    pub fn steps_per_impact(&self, ends: bool) -> Option<f64> {
-        if ends { self.phases.steps() } else { self.phases.known() }
+    /// Equivalent number of steps per contact phase \[-\], over the phases so far; `None` before the first phase has ended.
+    pub fn steps_per_impact(&self) -> Option<f64> {
+        self.phases.known()
     }
 
     /// Number of steps in which the slip velocity changed sign.

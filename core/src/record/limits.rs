@@ -133,7 +133,7 @@ impl LimitRecorder {
         keeps
     }
 
-    /// Returns whether the run ends because of `run.end_beyond`, see [`super::Recorders::ends_at_limit`].
+    /// Returns whether the run ends here because of `run.end_beyond`.
     #[inline]
     pub fn ends(&self, machine: &Machine) -> bool {
         self.beyond.is_some() && machine.run.end_beyond

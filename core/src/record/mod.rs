@@ -336,18 +336,13 @@ impl Recorders {
 
     /// Judges the run now, on request of the engine.
     pub fn judge(&mut self, machine: &Machine, structure: &Structure) {
-        self.judge_at(false, machine, structure);
-    }
-
-    /// `ends`: whether the run ends here.
-    fn judge_at(&mut self, ends: bool, machine: &Machine, structure: &Structure) {
         let exceeds = self.limits.is_newly_beyond();
         // values after the exceeded limit are outside the model, whether the run ends there or not
         if !self.limits.keeps() {
             return;
         }
         let holds = if exceeds { Guards::hold_now } else { Guards::hold };
-        if holds(&mut self.guards, &self.energies, &self.rings, machine, structure, ends) {
+        if holds(&mut self.guards, &self.energies, &self.rings, machine, structure) {
             self.hold();
         }
     }
@@ -385,21 +380,13 @@ impl Recorders {
         }
         // a step from which the run could not continue has no valid state
         if end.is_between_steps() {
-            self.judge_at(true, machine, structure);
+            self.judge(machine, structure);
         }
     }
 
-    /// Returns whether the run ends here because of an exceeded limit. Within the first contact phase it continues until the step is known to
-    /// resolve the impact or not: until the phase has as many steps as `run.guard.impact_steps` requires, or has ended.
-    pub fn ends_at_limit(&self, machine: &Machine) -> bool {
-        let unresolved = |ends| verdict::impact_resolution(&self.rings, machine, ends).is_some();
-        self.limits.ends(machine) && (unresolved(false) || !unresolved(true))
-    }
-
-    /// Returns the smallest ratio of steps per impact to `run.guard.impact_steps` of a run that has ended; `None` where the step resolves all
-    /// impacts.
+    /// Returns the smallest ratio of steps per impact to `run.guard.impact_steps`; `None` where the step resolves all impacts.
     pub fn impact_resolution(&self, machine: &Machine) -> Option<f64> {
-        verdict::impact_resolution(&self.rings, machine, true)
+        verdict::impact_resolution(&self.rings, machine)
     }
 
     /// Returns the status of a run that has ended, after [`Recorders::finish`].

@@ -26,7 +26,7 @@ impl Verdict {
         structure: &Structure,
         end: &End,
     ) -> Self {
-        let mut causes = broken_guards(energies, rings, machine, true);
+        let mut causes = broken_guards(energies, rings, machine);
         let failure = end.failure;
         if let Some(cause) = failure {
             causes.insert(cause);
@@ -64,34 +64,31 @@ pub(super) struct Guards {
 }
 
 impl Guards {
-    /// Returns whether all guards hold now and have always held. `ends`: whether the run ends here.
+    /// Returns whether all guards hold now and have always held.
     pub fn hold(
         &mut self,
         energies: &EnergyBalance,
         rings: &[RingRecorders],
         machine: &Machine,
         structure: &Structure,
-        ends: bool,
     ) -> bool {
         if self.any_broken {
             return false;
         }
-        self.any_broken = !self.hold_now(energies, rings, machine, structure, ends);
+        self.any_broken = !self.hold_now(energies, rings, machine, structure);
         !self.any_broken
     }
 
-    /// Returns whether all guards hold by the values up to the present step, whether or not they held before. `ends`: whether the run ends
-    /// here.
+    /// Returns whether all guards hold by the values up to the present step, as in the verdict of a run that ends here.
     pub fn hold_now(
         &mut self,
         energies: &EnergyBalance,
         rings: &[RingRecorders],
         machine: &Machine,
         structure: &Structure,
-        ends: bool,
     ) -> bool {
         let carried = || structure.truncation_error_at_contact(machine) <= MAX_TRUNCATION_ERROR;
-        broken_guards(energies, rings, machine, ends).bits() == 0
+        broken_guards(energies, rings, machine).bits() == 0
             && energies.is_finite()
             && (!touched(rings) || *self.carried.get_or_insert_with(carried))
     }
@@ -101,9 +98,8 @@ fn touched(rings: &[RingRecorders]) -> bool {
     rings.iter().any(|ring| ring.contact.touched())
 }
 
-/// Returns the guards that the recorded values break. The guard of the modal basis is excluded: it depends on the structure alone. `ends`:
-/// whether the run ends here.
-fn broken_guards(energies: &EnergyBalance, rings: &[RingRecorders], machine: &Machine, ends: bool) -> CauseSet {
+/// Returns the guards that the recorded values break. The guard of the modal basis is excluded: it depends on the structure alone.
+fn broken_guards(energies: &EnergyBalance, rings: &[RingRecorders], machine: &Machine) -> CauseSet {
     let mut causes = CauseSet::default();
     let guard = &machine.run.guard;
     if energies.relative_error() > guard.energy_balance {
@@ -121,18 +117,17 @@ fn broken_guards(energies: &EnergyBalance, rings: &[RingRecorders], machine: &Ma
             causes.insert(Cause::SlipReversal);
         }
     }
-    if impact_resolution(rings, machine, ends).is_some() {
+    if impact_resolution(rings, machine).is_some() {
         causes.insert(Cause::UnderResolved);
     }
     causes
 }
 
-/// Smallest ratio of steps per impact to `run.guard.impact_steps`; `None` where the step resolves all impacts. If the run `ends` within its first
-/// contact phase, that phase counts with its steps so far.
-pub(super) fn impact_resolution(rings: &[RingRecorders], machine: &Machine, ends: bool) -> Option<f64> {
+/// Smallest ratio of steps per impact to `run.guard.impact_steps`; `None` where the step resolves all impacts.
+pub(super) fn impact_resolution(rings: &[RingRecorders], machine: &Machine) -> Option<f64> {
     // a stator without degrees of freedom takes an impact in one step for any step size
     let resolves = machine.diaphragms.iter().map(|diaphragm| matches!(diaphragm.kind, DiaphragmKind::Flexible(_)));
     let of_flexible = rings.iter().zip(resolves).filter_map(|(ring, resolves)| resolves.then_some(ring));
-    let steps = of_flexible.filter_map(|ring| ring.contact.steps_per_impact(ends)).reduce(f64::min)?;
+    let steps = of_flexible.filter_map(|ring| ring.contact.steps_per_impact()).reduce(f64::min)?;
     (steps < machine.run.guard.impact_steps).then(|| steps / machine.run.guard.impact_steps)
 }

@@ -46,6 +46,8 @@ fn a_coarse_step_is_invalid_and_a_fine_one_within_three_per_cent() {
         assert_eq!((status == Status::Invalid, is_under_resolved), (is_coarse, is_coarse), "{step}: {steps}");
         let errors = [impulse / 859.1 - 1.0, force / 350.0e3 - 1.0];
         assert_eq!(errors.iter().all(|error| error.abs() < 0.03), !is_coarse, "{step}: {errors:?}");
+        // the values of a coarse step are lower bounds
+        assert!(!is_coarse || errors.iter().all(|error| *error < 0.0), "{step}: {errors:?}");
     }
     let (status, is_under_resolved, _) = run(HARD, &[("run.engine", "reduced")]);
     assert_eq!((status, is_under_resolved), (Status::Invalid, true));
@@ -70,45 +72,24 @@ fn a_default_step_becomes_finer_for_short_impacts() {
     assert_eq!((status, step), (Status::Ok, 6.9e-6));
 }
 
-/// A limit that ends a run within its first impact is exceeded at a time that the step resolves, or the run is invalid.
+/// A limit within the first impact is exceeded within two steps of the converged time, also with a step that resolves the impact badly: the forces
+/// of such a step are too small, so what exceeds the limit with it exceeds it.
 #[test]
-fn a_limit_within_the_first_impact_is_resolved() {
-    let weak = ("diaphragms.seal.material.yield_strength", "100 MPa");
-    let limit_time = |changes: &[(&str, &str)]| {
-        let (machine, structure) = machine(HARD, changes);
+fn a_limit_within_the_first_impact_is_exceeded_with_any_step() {
+    let limit_time = |step: &str| {
+        let changes = [("diaphragms.seal.material.yield_strength", "100 MPa"), ("run.contact_step", step)];
+        let (machine, structure) = machine(HARD, &changes);
         let outcome = simulate(&machine, &structure, &mut NoHistory).expect("a run");
         assert!(outcome.causes.contains(Cause::RingYield) && outcome.end_cause == EndCause::Limit);
+        assert_eq!(outcome.status, Status::Beyond);
         let place = columns(&machine).iter().position(|column| column.name == "beyond_s").expect("a column");
         outcome.values[place].expect("a limit is exceeded")
     };
-    // 5.3 steps from the contact to the limit, and less than 20 in the whole impact
-    let (status, is_under_resolved, [steps, ..]) = run(HARD, &[weak, ("run.contact_step", "6.9 us")]);
-    assert_eq!((status, is_under_resolved), (Status::Invalid, true));
-    assert!(steps > 5.3, "the run goes on until the impact is known: {steps}");
-    let (status, _, [steps, .., step]) = run(HARD, &[weak]);
-    assert_eq!(status, Status::Beyond);
-    assert!(steps >= 20.0 && (6.9e-6 / 8.0..5e-6).contains(&step), "{steps} {step}");
-    let fine = limit_time(&[weak, ("run.contact_step", "0.43 us")]);
-    let error = (limit_time(&[weak]) - fine).abs();
-    assert!(error < 2.0 * step, "{error}");
-    // a limit that the first touch exceeds does not make a long contact invalid
-    let tiny = ("run.limit.ring_displacement.value", "1e-6");
-    for engine in ["exponential", "reduced"] {
-        let (status, _, [steps, ..]) = run(RIG, &[tiny, ("run.engine", engine)]);
-        assert_eq!(status, Status::Beyond, "{engine}: {steps}");
-        assert!((20.0..60.0).contains(&steps), "{engine}: {steps}");
+    let fine = limit_time("0.43 us");
+    for (text, step) in [("6.9 us", 6.9e-6), ("3.8 us", 3.8e-6), ("1 us", 1e-6)] {
+        let error = (limit_time(text) - fine).abs();
+        assert!(error < 2.0 * step, "{text}: {error}");
     }
-    // the end of a run within its first impact
-    let (machine, structure) = machine(HARD, &[]);
-    let first = columns(&machine).iter().position(|column| column.name == "first_contact_s").expect("a column");
-    let first = simulate(&machine, &structure, &mut NoHistory).expect("a run").values[first].expect("contact");
-    let end = format!("{} s", first + 30e-6);
-    let ends_early = ("run.end_time", end.as_str());
-    let (status, is_under_resolved, _) = run(HARD, &[ends_early, ("run.contact_step", "6.9 us")]);
-    assert_eq!((status, is_under_resolved), (Status::Invalid, true));
-    let (status, _, [steps, ..]) = run(HARD, &[ends_early]);
-    assert_eq!(status, Status::Ok);
-    assert!(steps >= 20.0, "{steps}");
 }
 
 /// Follower that records the times and contact forces shown to it.

@@ -1,7 +1,7 @@
 //! Unbalance response: displacements with their phases, and bearing loads, over speed. Amplitudes are zero-to-peak, on logarithmic axes. The peak
 //! without damping is infinite and is cut off.
 
-use bladeoff_answers::figures::{COLOURS, Figure, GREY, Line, Mark, Panel, Scale, panels_marked, style};
+use bladeoff_answers::figures::{Figure, GREY, Line, Mark, Panel, Scale, panels_marked, style};
 use bladeoff_core::modal::{CriticalSpeed, UnbalanceResponse, unbalance_response as responses};
 use bladeoff_model::machine::{Machine, RotorKind};
 use bladeoff_text::document::units::format_digits;
@@ -74,7 +74,7 @@ pub fn unbalance_response(machine: &Machine, critical: &[CriticalSpeed], top: f6
             line.points.iter_mut().for_each(|point| point.1 = point.1.min(top));
         }
         if running > 0.0 {
-            lines.push(Line::marked("running speed", vec![(running, floor), (running, top)], Mark::Dashed, COLOURS[3]));
+            lines.push(Line::marked("running speed", vec![(running, floor), (running, top)], Mark::Line, GREY));
         }
         Panel { y_label, lines, y_range: Some((floor, top)), thin: false, is_log }
     };

@@ -90,6 +90,9 @@ const ENTRY: u32 = 18;
 /// Largest number of entries for which a panel becomes higher; of more entries, the last ones are counted.
 const MOST_ENTRIES: u32 = 21;
 
+/// Least number of characters of a legend's entries: "and 10 more".
+const MORE: u32 = 11;
+
 /// Sides of a frame \[px\].
 const LEFT: f64 = 80.0;
 const RIGHT: f64 = 878.0;
@@ -134,7 +137,7 @@ pub fn tall_panel(title: &str, x_label: &str, panel: &Panel, x_range: (f64, f64)
 /// Room for the longest entry of all legends, beside the panels: over them it would hide lines \[px\].
 fn legend_width(panels: &[Panel]) -> u32 {
     let labels = panels.iter().flat_map(|panel| &panel.lines).map(|line| line.label.chars().count() as u32);
-    labels.max().filter(|longest| *longest > 0).map_or(0, |longest| 40 + 7 * longest)
+    labels.max().filter(|longest| *longest > 0).map_or(0, |longest| 40 + 7 * longest.max(MORE))
 }
 
 fn draw(svg: &mut Svg, panel: &Panel, frame: &Frame<'_>) {

@@ -186,7 +186,9 @@ fn marks(histories: &[Named]) -> Vec<(f64, String)> {
     let rpm = |speed: f64| (speed * 30.0 / std::f64::consts::PI).round();
     let passed = critical_passages(history).into_iter();
     let passed = passed.map(|(at, speed)| (at, format!("critical speed {} rpm", rpm(speed))));
-    touched.chain(passed).collect()
+    let mut all: Vec<(f64, String)> = touched.chain(passed).collect();
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    all
 }
 
 /// Removes the energies that are zero in every history (of dampers and brakes that the machine does not have), unless they were requested by
@@ -211,7 +213,8 @@ fn leave_out_zeros(quantities: &mut Vec<(String, Vec<Drawn<'_>>)>, asked: &[Stri
 fn label(channel: &str, file: &str, files: usize) -> String {
     let group = channel.rsplit_once('.').map_or("", |(group, _)| group).replace('.', " ");
     if files > 1 {
-        if channel.matches('.').count() > 1 { format!("{file}, {group}") } else { file.to_owned() }
+        let is_single = ["rotor", "contact", "energy"].contains(&group.as_str());
+        if is_single { file.to_owned() } else { format!("{file}, {group}") }
     } else {
         group
     }

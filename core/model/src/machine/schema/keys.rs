@@ -105,11 +105,9 @@ pub(super) const KEYS: &[Key] = &[
     key("run.guard.penetration", Kind::Number(""), Need::Number(PENETRATION), Range::POSITIVE, When::Always,
         "run invalid if the residual penetration exceeds this part of the gap"),
     key("run.guard.impact_steps", Kind::Number(""), Need::Optional("32, with the engine exponential 20"), Range::NOT_NEGATIVE, When::Always,
-        "run invalid if contact phases with a flexible ring, or the first one up to the end of the run, have fewer steps than this (column \
-         steps_per_impact); 0: not judged"),
+        "run invalid if contact phases with a flexible ring that have ended have fewer steps than this (column steps_per_impact); 0: not judged"),
     key("run.end_beyond", Kind::Choice(&["on", "off"]), Need::Word("on"), Range::ANY, When::Always,
-        "whether the run ends at the first exceeded limit of the model whose on_exceed is beyond; within the first contact phase not before \
-         its steps per impact are known"),
+        "whether the run ends at the first exceeded limit of the model whose on_exceed is beyond"),
     key("run.limit.ring_displacement.value", Kind::Number(""), Need::Number(0.05), Range::POSITIVE, When::Always,
         "largest allowed (eccentricity at the ring - gap) / mean radius; the planar ring model is linear"),
     key("run.limit.ring_displacement.on_exceed", Kind::Choice(&ON_EXCEED), Need::Word("beyond"), Range::ANY, When::Always,

@@ -114,7 +114,7 @@ impl Run<'_> {
         }
         Ok(if has_stopped {
             Some(EndCause::Stopped)
-        } else if observer.recorders.ends_at_limit(machine) {
+        } else if observer.recorders.limits.ends(machine) {
             Some(EndCause::Limit)
         } else if machine.run.end_speed > 0.0 && speed <= machine.run.end_speed {
             Some(EndCause::EndSpeed)
