@@ -18,7 +18,6 @@ fn studies() -> Option<u64> {
 type Exact<'a> = (&'a str, usize, f64, fn(&OfParameter) -> Option<Index>);
 
 /// For each index, the number of studies whose interval contains the exact value, and the mean width; prints a line of the table each.
-#[expect(clippy::print_stdout, reason = "the table of coverage is printed by its test")]
 fn count(name: &str, make: impl Fn(u64) -> Indices, exact: &[Exact<'_>]) -> Vec<(String, f64)> {
     let repeats = studies().unwrap_or(60);
     let mut held = vec![(0u32, 0.0); exact.len()];
