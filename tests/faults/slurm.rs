@@ -7,6 +7,7 @@ use crate::running::{signal, state};
 use crate::support::docs::{blocks, with};
 use crate::support::skipped::skipped;
 use crate::support::{Folder, bladeoff, root, say};
+use bladeoff_dev::chaos::PAUSE;
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -16,7 +17,7 @@ use std::time::{Duration, Instant};
 /// Longest duration of a case.
 const WATCHDOG: Duration = Duration::from_secs(420);
 
-/// 60 samples of a tenth of a second.
+/// 60 samples; with [`PAUSE`] each takes a tenth of a second.
 const STUDY: &str = r#"schema = 1
 name = "night"
 machine = "machines/rig.toml"
@@ -101,11 +102,11 @@ impl Slurm {
             ["submit", &self.study, "--scheduler", "slurm", "--out", &out, "--chunk", &chunk, "--scratch", &scratch];
         let mut command = bladeoff(&[&own, more].concat());
         command.env("SLURM_CONF", self.dir().join("slurm.conf")).env_remove("BLADEOFF_RUNTIME_DIR");
-        let faults: Vec<String> = faults.iter().map(|fault| format!("{fault},dir={}", fired.display())).collect();
+        // pauses, so that no shard takes the chunks of another one that has not begun yet
+        let faults = faults.iter().map(|fault| format!("{fault},dir={}", fired.display()));
+        let faults: Vec<String> = faults.chain([PAUSE.to_owned()]).collect();
         // Slurm splits the values of --export at commas, but not inherited variables
-        if !faults.is_empty() {
-            command.env("BLADEOFF_FAULT", faults.join(";"));
-        }
+        command.env("BLADEOFF_FAULT", faults.join(";"));
         let output = command.output().expect("it starts");
         let said = String::from_utf8_lossy(&output.stdout).into_owned();
         assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));
