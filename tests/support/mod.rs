@@ -143,7 +143,7 @@ impl Folder {
         self.name(name)
     }
 
-    /// The same with the reference engine `reduced`, for tests of its equal steps.
+    /// Returns a folder whose machine runs on the reference engine `reduced`, for tests of its equal steps.
     pub fn reduced() -> Self {
         let folder = Self::new();
         let rig = fs::read_to_string(folder.path("machines/rig.toml")).expect("the rig");
