@@ -117,7 +117,7 @@ impl ContactRecorder {
     pub fn see(&mut self, touch: Option<&Touch>, at: At) {
         let force = touch.map_or(0.0, |touch| touch.normal);
         self.finish(at);
-        self.phases.see(force * self.dt);
+        self.phases.see(force * self.dt, at.time, self.dt);
         match touch {
             Some(touch) => self.window.slide([force * self.dt, touch.friction_work]),
             None => self.window.pass(1),
@@ -228,9 +228,19 @@ impl ContactRecorder {
         self.penetration.value.into_iter().chain(self.left).reduce(f64::max)
     }
 
-    /// Equivalent number of steps per contact phase \[-\], over the phases so far; `None` before the first phase has ended.
+    /// Equivalent number of steps per contact phase \[-\] that the guard judges ([`Phases::judged`]).
     pub fn steps_per_impact(&self) -> Option<f64> {
-        self.phases.known()
+        self.phases.judged()
+    }
+
+    /// Judges the resolution of the contact phases at the instant `now` \[s\], at which the run exceeds a limit of the model.
+    pub fn judge_at_limit(&mut self, now: f64) {
+        self.phases.judge_at_limit(now);
+    }
+
+    /// Declares that the run continues beyond the limit.
+    pub fn continue_beyond(&mut self) {
+        self.phases.continue_beyond();
     }
 
     /// Number of steps in which the slip velocity changed sign.

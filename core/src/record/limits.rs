@@ -113,10 +113,10 @@ impl LimitRecorder {
         self.beyond
     }
 
-    /// Returns whether the run has exceeded such a limit since the last judgement.
+    /// Returns when the run has exceeded such a limit, if it has since the last judgement.
     #[inline]
-    pub fn is_newly_beyond(&self) -> bool {
-        self.beyond.is_some() && !self.kept
+    pub fn newly_beyond(&self) -> Option<At> {
+        self.beyond.filter(|_| !self.kept).map(|(_, at)| at)
     }
 
     /// Marks the ratios reached so far as guarded.

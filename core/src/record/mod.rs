@@ -329,22 +329,35 @@ impl Recorders {
     /// judged with the energy balance, every few steps. If a guard breaks, the values reached since the last judgement are not guarded.
     #[inline]
     pub fn guard(&mut self, step: u64, machine: &Machine, structure: &Structure) {
-        if EnergyBalance::judges(step) || self.limits.is_newly_beyond() {
+        if EnergyBalance::judges(step) || self.limits.newly_beyond().is_some() {
             self.judge(machine, structure);
         }
     }
 
     /// Judges the run now, on request of the engine.
     pub fn judge(&mut self, machine: &Machine, structure: &Structure) {
-        let exceeds = self.limits.is_newly_beyond();
+        let exceeds = self.limits.newly_beyond();
         // values after the exceeded limit are outside the model, whether the run ends there or not
         if !self.limits.keeps() {
             return;
         }
-        let holds = if exceeds { Guards::hold_now } else { Guards::hold };
-        if holds(&mut self.guards, &self.energies, &self.rings, machine, structure) {
+        let holds = match exceeds {
+            Some(at) => self.hold_at_limit(at, machine, structure),
+            None => self.guards.hold(&self.energies, &self.rings, machine, structure),
+        };
+        if holds {
             self.hold();
         }
+    }
+
+    /// Judges the run at the limit that it exceeds. Returns whether all guards hold.
+    fn hold_at_limit(&mut self, at: At, machine: &Machine, structure: &Structure) -> bool {
+        self.rings.iter_mut().for_each(|ring| ring.contact.judge_at_limit(at.time));
+        let holds = self.guards.hold_at_limit(&self.energies, &self.rings, machine, structure);
+        if !machine.run.end_beyond {
+            self.rings.iter_mut().for_each(|ring| ring.contact.continue_beyond());
+        }
+        holds
     }
 
     /// Marks the values reached so far as guarded.
@@ -391,7 +404,7 @@ impl Recorders {
 
     /// Returns the status of a run that has ended, after [`Recorders::finish`].
     pub fn verdict(&self, machine: &Machine, structure: &Structure, end: &End) -> Verdict {
-        Verdict::of(&self.energies, &self.rings, &self.limits, machine, structure, end)
+        Verdict::of(&self.guards, &self.energies, &self.rings, &self.limits, machine, structure, end)
     }
 
     /// Returns the status and row of a run that has ended, after [`Recorders::finish`].

@@ -17,8 +17,10 @@ pub(crate) struct Verdict {
 }
 
 impl Verdict {
-    /// Judges a run that has ended, by `run.guard` and `run.limit`.
+    /// Judges a run that has ended, by `run.guard` and `run.limit`. A guard that was broken when the run exceeded a limit stays broken, whether
+    /// the run ended there or not.
     pub fn of(
+        guards: &Guards,
         energies: &EnergyBalance,
         rings: &[RingRecorders],
         limits: &LimitRecorder,
@@ -27,6 +29,7 @@ impl Verdict {
         end: &End,
     ) -> Self {
         let mut causes = broken_guards(energies, rings, machine);
+        guards.at_limit.iter().for_each(|cause| causes.insert(cause));
         let failure = end.failure;
         if let Some(cause) = failure {
             causes.insert(cause);
@@ -56,11 +59,13 @@ impl Verdict {
 /// stays broken here, even if it would hold again at the end of the run (the largest total energy may grow, a normal work may reverse). So
 /// a guarded value is never too large.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Guards {
+pub(crate) struct Guards {
     /// Whether a guard has been broken.
     any_broken: bool,
     /// Whether the truncation error of the modal basis at the contacts is acceptable; `None` before the first contact.
     carried: Option<bool>,
+    /// Guards that were broken when the run exceeded a limit of the model.
+    at_limit: CauseSet,
 }
 
 impl Guards {
@@ -79,8 +84,20 @@ impl Guards {
         !self.any_broken
     }
 
-    /// Returns whether all guards hold by the values up to the present step, as in the verdict of a run that ends here.
-    pub fn hold_now(
+    /// Returns whether all guards hold at the step in which the run exceeds a limit of the model, as in the verdict of a run that ends here.
+    pub fn hold_at_limit(
+        &mut self,
+        energies: &EnergyBalance,
+        rings: &[RingRecorders],
+        machine: &Machine,
+        structure: &Structure,
+    ) -> bool {
+        self.at_limit = broken_guards(energies, rings, machine);
+        self.hold_now(energies, rings, machine, structure)
+    }
+
+    /// Returns whether all guards hold by the values up to the present step.
+    fn hold_now(
         &mut self,
         energies: &EnergyBalance,
         rings: &[RingRecorders],

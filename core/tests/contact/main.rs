@@ -5,6 +5,7 @@ mod bounce;
 mod common;
 mod contact_forecast;
 mod detection;
+mod light_touch;
 mod normal_work;
 mod one_place;
 mod one_point;

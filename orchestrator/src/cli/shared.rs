@@ -90,23 +90,29 @@ fn changed_by(parameters: &[&Parameter]) -> Option<String> {
     }
 }
 
+/// Samples that are computed twice. A run that failed or went beyond the model is not compared.
 fn twins(samples: &Samples) -> Option<String> {
+    let twice = computed_twice(samples)?;
+    Some(format!("Twins: {twice}. A run that fails or exceeds a limit of the model has no twin.\n"))
+}
+
+fn computed_twice(samples: &Samples) -> Option<String> {
     let study = samples.study();
     let shift = format_digits(study.shift(), "", 3);
     let second = format!("the second time with an initial speed larger by {shift} of it");
     if let Some(share) = &study.twin {
         if samples.count() > COUNTED {
-            return Some(format!("Twins: {share} of the samples (twin_share) are computed twice, {second}.\n"));
+            return Some(format!("{share} of the samples (twin_share) are computed twice, {second}"));
         }
         let count =
             (0..samples.count()).filter(|sample| samples.twin(*sample).is_some_and(|shift| shift > 0.0)).count();
         let are = bladeoff_answers::summary::are(count as u64);
         let of = counted(samples.count(), "sample");
-        return Some(format!("Twins: {count} of {of} (twin_share {share}) {are} computed twice, {second}.\n"));
+        return Some(format!("{count} of {of} (twin_share {share}) {are} computed twice, {second}"));
     }
     if let Some(varied) = samples.parameters().iter().position(|one| one.info.path == TWIN) {
         let has_some = samples.different_values(2)[varied].iter().any(|value| *value != ParamValue::Number(0.0));
-        return has_some.then(|| "Twins: a sample whose run.twin is above 0 is computed twice.\n".to_owned());
+        return has_some.then(|| "a sample whose run.twin is above 0 is computed twice".to_owned());
     }
-    (study.shift() > 0.0).then(|| format!("Twins: every sample is computed twice (run.twin), {second}.\n"))
+    (study.shift() > 0.0).then(|| format!("every sample is computed twice (run.twin), {second}"))
 }

@@ -103,7 +103,7 @@ impl Run<'_> {
         if !places.fold(speed, |sum, part| sum + part).is_finite() {
             return Err(Cause::NonFinite);
         }
-        if observer.recorders.limits.is_newly_beyond() {
+        if observer.recorders.limits.newly_beyond().is_some() {
             observer.recorders.judge(machine, self.structure);
         }
         let [low, high] = transient.free_motion.table_range();
