@@ -88,7 +88,7 @@ fn resolved(
     let mut plan = default;
     loop {
         let run = Resolved::of(machine, structure, plan, follower)?;
-        let missing = run.end.failure.is_none().then(|| run.recorders.impact_resolution(machine));
+        let missing = run.end.failure.is_none().then(|| run.recorders.impact_resolution(machine, structure));
         let finer = missing.flatten().and_then(|ratio| plan.finer(ratio / MARGIN, default.step / MAX_REFINEMENT));
         match finer.and_then(|finer| finer.allowed(machine).ok()) {
             Some(finer) => plan = finer,

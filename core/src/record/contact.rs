@@ -233,6 +233,11 @@ impl ContactRecorder {
         self.phases.judged()
     }
 
+    /// Mean length of the contact phases that the guard judges \[s\].
+    pub fn impact_length(&self) -> Option<f64> {
+        Some(self.phases.judged()? * self.dt)
+    }
+
     /// Judges the resolution of the contact phases at the instant `now` \[s\], at which the run exceeds a limit of the model.
     pub fn judge_at_limit(&mut self, now: f64) {
         self.phases.judge_at_limit(now);

@@ -397,9 +397,11 @@ impl Recorders {
         }
     }
 
-    /// Returns the smallest ratio of steps per impact to `run.guard.impact_steps`; `None` where the step resolves all impacts.
-    pub fn impact_resolution(&self, machine: &Machine) -> Option<f64> {
-        verdict::impact_resolution(&self.rings, machine)
+    /// Returns the smallest ratio of steps per impact to `run.guard.impact_steps`; `None` where the step resolves all impacts, and where no step does
+    /// because truncated modes do not follow them.
+    pub fn impact_resolution(&self, machine: &Machine, structure: &Structure) -> Option<f64> {
+        let ratio = verdict::impact_resolution(&self.rings, machine, structure)?;
+        verdict::carries_impacts(&self.rings, machine, structure).then_some(ratio)
     }
 
     /// Returns the status of a run that has ended, after [`Recorders::finish`].

@@ -28,7 +28,7 @@ impl Verdict {
         structure: &Structure,
         end: &End,
     ) -> Self {
-        let mut causes = broken_guards(energies, rings, machine);
+        let mut causes = broken_guards(energies, rings, machine, structure);
         guards.at_limit.iter().for_each(|cause| causes.insert(cause));
         let failure = end.failure;
         if let Some(cause) = failure {
@@ -92,7 +92,7 @@ impl Guards {
         machine: &Machine,
         structure: &Structure,
     ) -> bool {
-        self.at_limit = broken_guards(energies, rings, machine);
+        self.at_limit = broken_guards(energies, rings, machine, structure);
         self.hold_now(energies, rings, machine, structure)
     }
 
@@ -105,7 +105,7 @@ impl Guards {
         structure: &Structure,
     ) -> bool {
         let carried = || structure.truncation_error_at_contact(machine) <= MAX_TRUNCATION_ERROR;
-        broken_guards(energies, rings, machine).bits() == 0
+        broken_guards(energies, rings, machine, structure).bits() == 0
             && energies.is_finite()
             && (!touched(rings) || *self.carried.get_or_insert_with(carried))
     }
@@ -115,8 +115,13 @@ fn touched(rings: &[RingRecorders]) -> bool {
     rings.iter().any(|ring| ring.contact.touched())
 }
 
-/// Returns the guards that the recorded values break. The guard of the modal basis is excluded: it depends on the structure alone.
-fn broken_guards(energies: &EnergyBalance, rings: &[RingRecorders], machine: &Machine) -> CauseSet {
+/// Returns the guards that the recorded values break. The truncation error of the contact as such is excluded: it depends on the structure alone.
+fn broken_guards(
+    energies: &EnergyBalance,
+    rings: &[RingRecorders],
+    machine: &Machine,
+    structure: &Structure,
+) -> CauseSet {
     let mut causes = CauseSet::default();
     let guard = &machine.run.guard;
     if energies.relative_error() > guard.energy_balance {
@@ -134,17 +139,35 @@ fn broken_guards(energies: &EnergyBalance, rings: &[RingRecorders], machine: &Ma
             causes.insert(Cause::SlipReversal);
         }
     }
-    if impact_resolution(rings, machine).is_some() {
+    if impact_resolution(rings, machine, structure).is_some() {
         causes.insert(Cause::UnderResolved);
+    }
+    if !carries_impacts(rings, machine, structure) {
+        causes.insert(Cause::ModalBasis);
     }
     causes
 }
 
 /// Smallest ratio of steps per impact to `run.guard.impact_steps`; `None` where the step resolves all impacts.
-pub(super) fn impact_resolution(rings: &[RingRecorders], machine: &Machine) -> Option<f64> {
-    // a stator without degrees of freedom takes an impact in one step for any step size
-    let resolves = machine.diaphragms.iter().map(|diaphragm| matches!(diaphragm.kind, DiaphragmKind::Flexible(_)));
-    let of_flexible = rings.iter().zip(resolves).filter_map(|(ring, resolves)| resolves.then_some(ring));
-    let steps = of_flexible.filter_map(|ring| ring.contact.steps_per_impact()).reduce(f64::min)?;
+///
+/// Only contact on the static residual of truncated modes has impacts whose length depends on the step. With all degrees of freedom the contact node
+/// has a mass. It takes a part of an impact in one step at any step, and the largest time step resolves its motion. A rigid stator takes a whole
+/// impact in one step.
+pub(super) fn impact_resolution(rings: &[RingRecorders], machine: &Machine, structure: &Structure) -> Option<f64> {
+    let truncated = flexible(rings, machine).filter(|(place, _)| structure.is_truncated(*place));
+    let steps = truncated.filter_map(|(_, ring)| ring.contact.steps_per_impact()).reduce(f64::min)?;
     (steps < machine.run.guard.impact_steps).then(|| steps / machine.run.guard.impact_steps)
+}
+
+/// Whether the kept modes carry the impacts on all flexible rings.
+pub(super) fn carries_impacts(rings: &[RingRecorders], machine: &Machine, structure: &Structure) -> bool {
+    let mut lengths = flexible(rings, machine).filter_map(|(place, ring)| Some((place, ring.contact.impact_length()?)));
+    lengths.all(|(place, length)| structure.carries_impacts(machine, place, length))
+}
+
+/// Recorders of the flexible rings, each with the place of its diaphragm.
+fn flexible<'a>(rings: &'a [RingRecorders], machine: &'a Machine) -> impl Iterator<Item = (usize, &'a RingRecorders)> {
+    let all = machine.diaphragms.iter().zip(rings).enumerate();
+    all.filter(|(_, (diaphragm, _))| matches!(diaphragm.kind, DiaphragmKind::Flexible(_)))
+        .map(|(place, (_, ring))| (place, ring))
 }

@@ -7,6 +7,7 @@ mod bearings;
 mod coordinates;
 mod engine_cache;
 mod part;
+mod short_impacts;
 mod truncation_error;
 
 pub use coordinates::Coordinates;
@@ -64,6 +65,8 @@ pub struct Structure {
     pub(crate) engine_cache: engine_cache::EngineCache,
     /// Cache of the damping of whirl modes at speeds where it has been computed.
     pub(crate) stability_cache: engine_cache::EngineCache,
+    /// Shortest impacts that the kept modes carry ([`short_impacts`]).
+    shortest_impacts: engine_cache::EngineCache,
 }
 
 impl Structure {
@@ -154,6 +157,7 @@ impl Structure {
             computed: true,
             engine_cache: engine_cache::EngineCache::default(),
             stability_cache: engine_cache::EngineCache::default(),
+            shortest_impacts: engine_cache::EngineCache::default(),
         }
     }
 

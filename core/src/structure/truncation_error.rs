@@ -13,6 +13,9 @@
 //! the ring node where it is largest, in the direction in the plane where it is largest. 1 ms is the filter of the contact force; a half sine over
 //! 1 ms has the angular frequency W.
 //!
+//! An impact on a flexible ring may be shorter than 1 ms. Once its mean length T is known, the share is judged with `W = pi/T` instead
+//! (`super::short_impacts`).
+//!
 //! Neither (1) nor (2) needs the truncated modes themselves, whose number is about that of the model's degrees of freedom. All kept modes are raised
 //! to the highest kept frequency, `K' = K + sum (w_h^2 - w^2) M phi phi^T M`, which leaves the truncated modes unchanged.
 //! `K'^-1 - sum phi phi^T/w_h^2` is then not a difference of large numbers, however soft a bearing is, and it exists for either sign of w^2. For
@@ -41,7 +44,7 @@ use bladeoff_numerics::linalg::{Matrix, dot, mul, spd_inverse};
 /// Largest share (3) of a valid run with contact; a larger one makes the run invalid (`modal_basis`).
 pub const MAX_TRUNCATION_ERROR: f64 = 0.03;
 /// Growth rate W of the reference force \[1/s\].
-const RATE: f64 = std::f64::consts::PI / 1e-3;
+pub(super) const RATE: f64 = std::f64::consts::PI / 1e-3;
 /// Largest rounding error of the plain difference, as a share of the largest static flexibility of the truncated modes at nodes in the plane.
 const ROUNDED: f64 = 1e-3;
 
@@ -92,8 +95,8 @@ pub(super) struct TruncatedFlexibility {
 }
 
 impl TruncatedFlexibility {
-    /// `None` if a truncated mode is not stiff.
-    fn new(whole: &FullPart<'_>, modes: &ModeSet) -> Option<Self> {
+    /// `None` if a truncated mode is not stiff. `rate`: growth rate W \[1/s\].
+    fn new(whole: &FullPart<'_>, modes: &ModeSet, rate: f64) -> Option<Self> {
         let &FullPart { stiffness, mass, added, .. } = whole;
         let own = modes.omega_squared.len() - added;
         let (shapes, squares) = (modes.shapes.columns(0, own).into_owned(), &modes.omega_squared[..own]);
@@ -102,13 +105,13 @@ impl TruncatedFlexibility {
         let raised = stiffness + mul(&momenta, &scaled(&momenta, squares, |square| highest - square));
         let kept = mul(&shapes, &scaled(&shapes, squares, |_| 1.0 / highest));
         let mut at_rest = whole.inverse(&raised)? - kept;
-        let mut moving = whole.inverse(&(raised + mass * (RATE * RATE)))?;
+        let mut moving = whole.inverse(&(raised + mass * (rate * rate)))?;
         if added > 0 {
             let (shapes, squares) = (modes.shapes.columns(own, added).into_owned(), &modes.omega_squared[own..]);
             at_rest -= mul(&shapes, &scaled(&shapes, squares, |square| 1.0 / square));
-            moving -= mul(&shapes, &scaled(&shapes, squares, |square| 1.0 / (square + RATE * RATE)));
+            moving -= mul(&shapes, &scaled(&shapes, squares, |square| 1.0 / (square + rate * rate)));
         }
-        Some(Self { at_rest, moving, kept: 1.0 / (highest + RATE * RATE), own })
+        Some(Self { at_rest, moving, kept: 1.0 / (highest + rate * rate), own })
     }
 
     /// Static residual `K^-1 - Phi omega^-2 Phi^T` of the first `size` degrees of freedom under forces on all of them; `None` if a kept mode is not
@@ -166,7 +169,7 @@ pub(super) fn truncated_flexibility(
         return (None, Vec::new());
     }
     let are_all_kept = modes.omega_squared.len() == whole.stiffness.nrows();
-    let left_out = TruncatedFlexibility::new(&whole, modes);
+    let left_out = TruncatedFlexibility::new(&whole, modes, RATE);
     if are_all_kept && left_out.is_none() {
         return (None, Vec::new());
     }
@@ -174,13 +177,25 @@ pub(super) fn truncated_flexibility(
     let correct = correct && !are_all_kept;
     let residual = left_out.as_ref().filter(|_| correct).and_then(|some| some.residual(&whole, modes, size, &places));
     let follows = residual.is_some();
-    let mut lags: Vec<TruncationError> =
-        places.into_iter().map(|places| TruncationError::of(places, part, modes, left_out.as_ref(), follows)).collect();
+    let of = |places| TruncationError::of(places, part, modes, left_out.as_ref(), follows, RATE);
+    let mut lags: Vec<TruncationError> = places.into_iter().map(of).collect();
     if are_all_kept {
         // with all modes kept, the computed difference is rounding
         lags.iter_mut().for_each(|lag| (lag.error, lag.truncated_at_rest) = ([0.0; 3], [0.0; 3]));
     }
     (residual, lags)
+}
+
+/// Truncation errors of the nodes of a part with a static residual, for a force that grows with `rate` \[1/s\] instead of pi/1 ms.
+pub(super) fn errors_at(
+    rate: f64,
+    part: &Part,
+    modes: &ModeSet,
+    whole: FullPart<'_>,
+    places: impl Iterator<Item = [usize; 2]>,
+) -> Vec<TruncationError> {
+    let left_out = TruncatedFlexibility::new(&whole, modes, rate);
+    places.map(|places| TruncationError::of(places, part, modes, left_out.as_ref(), true, rate)).collect()
 }
 
 impl TruncationError {
@@ -191,6 +206,7 @@ impl TruncationError {
         modes: &ModeSet,
         left_out: Option<&TruncatedFlexibility>,
         follows: bool,
+        rate: f64,
     ) -> Self {
         let single = u == v;
         let plane = |xx: f64, xy: f64, yy: f64| if single { [xx, 0.0, xx] } else { [xx, xy, yy] };
@@ -213,7 +229,7 @@ impl TruncationError {
             (of(&some.at_rest), std::array::from_fn(|i| moving[i] - some.kept * raised[i]))
         });
         let lag = if follows { std::array::from_fn(|i| still[i] - growing[i]) } else { still };
-        let moving = sum(kept(RATE * RATE), growing);
+        let moving = sum(kept(rate * rate), growing);
         // the static flexibility of a free ring is unbounded
         let at_rest = if single && !stiff(modes) { moving } else { sum(kept(0.0), still) };
         Self { error: lag, truncated_at_rest: still, at_rest, moving }
