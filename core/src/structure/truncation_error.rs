@@ -13,8 +13,7 @@
 //! the ring node where it is largest, in the direction in the plane where it is largest. 1 ms is the filter of the contact force; a half sine over
 //! 1 ms has the angular frequency W.
 //!
-//! An impact on a flexible ring may be shorter than 1 ms. Once its mean length T is known, the share is judged with `W = pi/T` instead
-//! (`super::short_impacts`).
+//! Impacts on a flexible ring may be shorter than 1 ms. Once their mean length is known, `super::short_impacts` judges them.
 //!
 //! Neither (1) nor (2) needs the truncated modes themselves, whose number is about that of the model's degrees of freedom. All kept modes are raised
 //! to the highest kept frequency, `K' = K + sum (w_h^2 - w^2) M phi phi^T M`, which leaves the truncated modes unchanged.
@@ -186,19 +185,32 @@ pub(super) fn truncated_flexibility(
     (residual, lags)
 }
 
-/// Truncation errors of the nodes of a part with a static residual, for a force that grows with `rate` \[1/s\] instead of pi/1 ms.
+/// Truncation errors of the nodes of a part, for a force that grows with `rate` \[1/s\] instead of pi/1 ms. `follows`: the part has a static residual;
+/// without one, the errors are 0.
 pub(super) fn errors_at(
     rate: f64,
     part: &Part,
     modes: &ModeSet,
     whole: FullPart<'_>,
+    follows: bool,
     places: impl Iterator<Item = [usize; 2]>,
 ) -> Vec<TruncationError> {
+    if !part.coordinates.is_modal() {
+        // a point mass; without its flexibility the share is an upper bound
+        return places.map(|_| TruncationError::NONE).collect();
+    }
     let left_out = TruncatedFlexibility::new(&whole, modes, rate);
-    places.map(|places| TruncationError::of(places, part, modes, left_out.as_ref(), true, rate)).collect()
+    let of = |places| {
+        let all = TruncationError::of(places, part, modes, left_out.as_ref(), follows, rate);
+        let error = if follows { all.error } else { [0.0; 3] };
+        TruncationError { error, ..all }
+    };
+    places.map(of).collect()
 }
 
 impl TruncationError {
+    const NONE: Self = Self { error: [0.0; 3], truncated_at_rest: [0.0; 3], at_rest: [0.0; 3], moving: [0.0; 3] };
+
     /// Truncation error of one node. Without `left_out` the flexibility of the truncated modes is unknown, and the share is 1.
     fn of(
         [u, v]: [usize; 2],
@@ -251,6 +263,11 @@ impl TruncationError {
         }
     }
 
+    /// Share of the errors of shaft and ring in the flexibility of both for the growing force, 0 to 1.
+    pub fn share_of_both(shaft: &Self, ring: &Self) -> f64 {
+        share(sum(shaft.error, ring.error), sum(shaft.moving, ring.moving))
+    }
+
     /// Share of the flexibility `part` in the static flexibility, in the direction where it is largest, 0 to 1.
     pub fn share_of(&self, part: Plane) -> f64 {
         share(part, self.at_rest)
@@ -272,7 +289,7 @@ pub(super) fn share(part: Plane, whole: Plane) -> f64 {
 
 /// Share (3) of the contact between a node of the rotor and a stator, 0 to 1. `None`, or an empty list: no mode is truncated.
 pub(super) fn at_contact(rotor: Option<&TruncationError>, ring: &[TruncationError], kind: &DiaphragmKind) -> f64 {
-    let none = TruncationError { error: [0.0; 3], truncated_at_rest: [0.0; 3], at_rest: [0.0; 3], moving: [0.0; 3] };
+    let none = TruncationError::NONE;
     let rotor = rotor.unwrap_or(&none);
     let yielding = match kind {
         DiaphragmKind::RadialSpring { stiffness } => 1.0 / stiffness,

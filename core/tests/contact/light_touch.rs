@@ -83,9 +83,9 @@ fn a_run_that_continues_is_judged_at_its_limit_too() {
     let text = include_str!("../data/short_impacts.toml");
     let at =
         |limit: &str, step: &str, ends: &str| run(exponential(text, &[(YIELD, limit), (STEP, step), (ENDS, ends)]));
-    // a limit within the first contact: the guard judges the whole run if it continues
+    // a limit within the first contact: the guards judge the whole run if it continues
     let (ended, continued) = (at("100 MPa", "1.4 us", "on"), at("100 MPa", "1.4 us", "off"));
-    assert_eq!((ended.outcome.status, continued.outcome.status), (Status::Beyond, Status::Beyond));
+    assert_eq!((ended.outcome.status, continued.outcome.cause), (Status::Beyond, Some(Cause::ModalBasis)));
     assert!(ended.value("steps_per_impact") < 20.0 && continued.value("steps_per_impact") > 20.0);
     same_up_to_the_limit(&ended, &continued, "100 MPa");
     assert!(ended.get("guarded_beyond_s").is_some());
@@ -93,7 +93,8 @@ fn a_run_that_continues_is_judged_at_its_limit_too() {
     let (ended, continued) = (at("200 MPa", "6.9 us", "on"), at("200 MPa", "6.9 us", "off"));
     for row in [&ended, &continued] {
         assert!(row.value("beyond_s") > 0.17 && row.outcome.causes.contains(Cause::RingYield));
-        assert_eq!((row.outcome.status, row.outcome.cause), (Status::Invalid, Some(Cause::UnderResolved)));
+        assert_eq!(row.outcome.status, Status::Invalid);
+        assert!(row.outcome.causes.contains(Cause::UnderResolved) && row.outcome.causes.contains(Cause::ModalBasis));
     }
     same_up_to_the_limit(&ended, &continued, "200 MPa");
     assert_eq!(ended.get("guarded_beyond_s"), None);

@@ -99,7 +99,9 @@ pub fn advice(cause: Cause, ran: Ran) -> Advice {
             HALF,
         ),
         Cause::ModalBasis => with(
-            "more `run.rotor_modes` (or `run.ring_modes`), the default, or `run.engine = \"full\"`".to_owned(),
+            "`run.engine = \"full\"`, which keeps all modes; or more `run.rotor_modes` and `run.ring_modes`: the default if \
+             fewer are set, all of them if the impacts are short"
+                .to_owned(),
             Change::Set(ENGINE, Engine::Full.word()),
         ),
         Cause::NoBasis => {
@@ -119,12 +121,6 @@ pub fn advice(cause: Cause, ran: Ran) -> Advice {
         }
         Cause::TableRange => plain(
             "extend the bearing's table, or set `run.end_speed` inside it; the values up to the end are lower bounds",
-        ),
-        // the number does not rise with a finer step: 6.5 to 7.1 at 2.6 to 0.1 us on `core/tests/data/short_impacts.toml`
-        Cause::UnderResolved if ran.engine == Engine::Full => plain(
-            "compare with half of `run.step`. With all finite elements the mass of the contact node takes a part of \
-             each impact in one step, at any step; if impulse and 1 ms force stay the same, the step is fine enough \
-             (`run.guard.impact_steps = 0`)",
         ),
         Cause::UnderResolved => with(
             format!(

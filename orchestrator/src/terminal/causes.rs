@@ -118,17 +118,24 @@ pub fn broken_by(cause: Cause, machine: &Machine, number: impl Fn(&str) -> Optio
             let left: Vec<String> = left.collect();
             (!left.is_empty()).then(|| left.join("; "))
         }
+        Cause::ModalBasis => {
+            let length = steps_per_impact(machine, &number)? * number("step_s")?;
+            Some(format!("impacts last {} on average", format_quantity(length, "s")))
+        }
         Cause::UnderResolved => {
-            let is_one = machine.diaphragms.len() == 1;
-            let column = "steps_per_impact";
-            let found = machine.diaphragms.iter().filter_map(|diaphragm| {
-                if is_one { number(column) } else { number(&format!("{}.{column}", diaphragm.name)) }
-            });
-            let steps = found.reduce(f64::min)?;
+            let steps = steps_per_impact(machine, number)?;
             Some(format!("{} steps per impact; required {}", digits(steps), digits(guard.impact_steps)))
         }
         _ => exceeded_by(cause, number),
     }
+}
+
+/// Smallest number of steps per impact of all diaphragms.
+fn steps_per_impact(machine: &Machine, number: impl Fn(&str) -> Option<f64>) -> Option<f64> {
+    let is_one = machine.diaphragms.len() == 1;
+    let column = "steps_per_impact";
+    let of = |name: &str| if is_one { number(column) } else { number(&format!("{name}.{column}")) };
+    machine.diaphragms.iter().filter_map(|diaphragm| of(&diaphragm.name)).reduce(f64::min)
 }
 
 /// How far a run exceeded a limit of the model; `number`: value of a column. `None` if the cause is not a limit.

@@ -23,7 +23,7 @@ mod torsion;
 
 /// Revision of the results of this engine, raised with every change of a bit of these results. It is part of the identity of
 /// the machines that this engine computes, and so of the keys of their samples.
-pub const EXPONENTIAL_REVISION: u8 = 21;
+pub const EXPONENTIAL_REVISION: u8 = 22;
 
 pub use error::ExponentialError;
 pub use settings::StepSettings;
