@@ -13,7 +13,7 @@
 //! from the long contact after it; a coarse step does not. A badly resolved touch has too small a force, so what exceeds the limit with it exceeds the
 //! limit.
 //!
-//! Source: ours. Measured on a rotor that hits a ring for 33 us (`docs/theory/convergence.md`): the exponential engine loses 21, 10, 5 and
+//! Source: ours. Measured on a rotor that hits a ring for 33 us (`docs/theory/short-impacts.md`): the exponential engine loses 21, 10, 5 and
 //! 0.8 % of the impulse with n = 8, 12, 17 and 39; `reduced` loses 20, 6.5 and 3 % with n = 15, 49 and 96. Limits: a rigid stator takes an
 //! impact in one step for any step size, so n does not characterise the resolution there. Verified by the tests below and
 //! `core/tests/contact/{short_impacts,light_touch}.rs`.
