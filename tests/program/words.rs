@@ -316,7 +316,7 @@ fn check_says_what_samples_share_and_which_are_computed_twice() {
     assert!(told.contains("Structure: rotor.bearings.left.damping changes it;"), "{told}");
     let told = check(&vary("run.twin", "0, 1e-6"));
     assert!(told.contains("Twins: a sample whose run.twin is above 0 is computed twice."), "{told}");
-    assert!(told.contains("A run that fails or exceeds a limit of the model has no twin."), "{told}");
+    assert!(told.contains("A run with status failed or beyond has no twin."), "{told}");
 }
 
 #[test]

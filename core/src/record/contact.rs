@@ -238,6 +238,11 @@ impl ContactRecorder {
         Some(self.phases.judged()? * self.dt)
     }
 
+    /// Length of the contact phase in progress \[s\].
+    pub fn open_length(&self) -> Option<f64> {
+        self.phases.open_length()
+    }
+
     /// Judges the resolution of the contact phases at the instant `now` \[s\], at which the run exceeds a limit of the model.
     pub fn judge_at_limit(&mut self, now: f64) {
         self.phases.judge_at_limit(now);
@@ -341,7 +346,7 @@ impl ContactRecorder {
             "steps_per_impact",
             "",
             "steps per contact phase, counted as for a constant force of the same impulse and mean square; mean over \
-             all phases, weighted by impulse; null without contact",
+             all phases, weighted by impulse, or up to an exceeded limit if that is smaller; null without contact",
             of.and_then(|contact| contact.phases.steps()),
         );
     }

@@ -397,8 +397,8 @@ impl Recorders {
         }
     }
 
-    /// Returns the smallest ratio of steps per impact to `run.guard.impact_steps`; `None` where the step resolves all impacts, and where no step does
-    /// because truncated modes do not follow them.
+    /// Returns the smallest ratio of steps per impact to `run.guard.impact_steps`; `None` where the step resolves all impacts, and
+    /// where truncated modes do not follow the impacts, which no step changes.
     pub fn impact_resolution(&self, machine: &Machine, structure: &Structure) -> Option<f64> {
         let ratio = verdict::impact_resolution(&self.rings, machine, structure)?;
         verdict::carries_impacts(&self.rings, machine, structure).then_some(ratio)

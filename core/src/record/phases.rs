@@ -10,8 +10,7 @@
 //!
 //! Where the run exceeds a limit of the model, (2) is judged at this instant. There a first phase does not count yet if it ended no longer ago than
 //! twice its length, or if a second phase followed within that time and has not ended. A fine step separates a light touch of a few microseconds
-//! from the long contact after it; a coarse step does not. A badly resolved touch has too small a force, so what exceeds the limit with it exceeds the
-//! limit.
+//! from the long contact after it; a coarse step does not. A coarse step has too small a force, so what exceeds the limit with it exceeds the limit.
 //!
 //! Source: ours. Measured on a rotor that hits a ring for 33 us (`docs/theory/short-impacts.md`): the exponential engine loses 21, 10, 5 and
 //! 0.8 % of the impulse with n = 8, 12, 17 and 39; `reduced` loses 20, 6.5 and 3 % with n = 15, 49 and 96. Limits: a rigid stator takes an
@@ -113,6 +112,11 @@ impl Phases {
         let mean = |[impulse, share]: [f64; 2]| (share > 0.0).then(|| impulse / share);
         let ended = mean(self.ended)?;
         Some(self.current.and_then(|phase| mean(self.with(phase))).map_or(ended, |all| all.max(ended)))
+    }
+
+    /// Length of the phase in progress \[s\]; `None` between phases.
+    pub fn open_length(&self) -> Option<f64> {
+        self.current.map(|phase| phase.end - phase.begin)
     }
 
     /// Judges the phases at the instant `now` \[s\], at which the run exceeds a limit of the model.

@@ -56,8 +56,9 @@ impl Verdict {
 /// Record of whether all guards have held so far, for a run in progress.
 ///
 /// Each guard of `run.guard` is judged by the values up to the present step, and the modal basis from the first contact on. A broken guard
-/// stays broken here, even if it would hold again at the end of the run (the largest total energy may grow, a normal work may reverse). So
-/// a guarded value is never too large.
+/// stays broken here, even if it would hold again at the end of the run (the largest total energy may grow, a normal work may reverse). During an
+/// impact that may become shorter than the truncated modes follow, nothing is marked as guarded. So a guarded value is a lower bound. Exception: a
+/// limit of the model that is exceeded within the first impact marks the values reached, although the length of this impact is not known.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Guards {
     /// Whether a guard has been broken.
@@ -69,7 +70,7 @@ pub(crate) struct Guards {
 }
 
 impl Guards {
-    /// Returns whether all guards hold now and have always held.
+    /// Returns whether all guards hold now and have always held, and no impact in progress may still turn out to be too short.
     pub fn hold(
         &mut self,
         energies: &EnergyBalance,
@@ -81,7 +82,10 @@ impl Guards {
             return false;
         }
         self.any_broken = !self.hold_now(energies, rings, machine, structure);
-        !self.any_broken
+        let is_known = |(place, ring): (usize, &RingRecorders)| {
+            ring.contact.open_length().is_none_or(|length| structure.surely_carries(place, length))
+        };
+        !self.any_broken && flexible(rings, machine).all(is_known)
     }
 
     /// Returns whether all guards hold at the step in which the run exceeds a limit of the model, as in the verdict of a run that ends here.
@@ -150,11 +154,11 @@ fn broken_guards(
 
 /// Smallest ratio of steps per impact to `run.guard.impact_steps`; `None` where the step resolves all impacts.
 ///
-/// Only contact on the static residual of truncated modes has impacts whose length depends on the step. With all degrees of freedom the contact node
-/// has a mass. It takes a part of an impact in one step at any step, and the largest time step resolves its motion. A rigid stator takes a whole
+/// Only contact on the static residual of truncated modes has impacts whose length depends on the step. Without a residual the contact acts on
+/// masses. They take a part of an impact in one step at any step, and the largest time step resolves their motion. A rigid stator takes a whole
 /// impact in one step.
 pub(super) fn impact_resolution(rings: &[RingRecorders], machine: &Machine, structure: &Structure) -> Option<f64> {
-    let truncated = flexible(rings, machine).filter(|(place, _)| structure.is_truncated(*place));
+    let truncated = flexible(rings, machine).filter(|(place, _)| structure.has_residual(*place));
     let steps = truncated.filter_map(|(_, ring)| ring.contact.steps_per_impact()).reduce(f64::min)?;
     (steps < machine.run.guard.impact_steps).then(|| steps / machine.run.guard.impact_steps)
 }

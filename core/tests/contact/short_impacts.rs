@@ -1,6 +1,7 @@
 //! Impacts shorter than the step resolves, or than truncated modes follow: reported in the row and checked by guards.
 
 use bladeoff_core::engine::{resolved_time_step, simulate};
+use bladeoff_core::modal::ModeSet;
 use bladeoff_core::record::{Follower, Frame, NoHistory, columns};
 use bladeoff_core::structure::Structure;
 use bladeoff_model::machine::{Machine, MachineDef};
@@ -74,9 +75,50 @@ fn impacts_that_truncated_modes_do_not_follow_are_invalid() {
         assert_eq!((status, is_short), (Status::Invalid, true), "{modes}");
         assert!(impulse / full > 1.15, "{modes}: {impulse} {full}");
     }
+    // nothing of such an impact counts as reached while the guards held
+    let (machine, structure) = machine(HARD, &[first, ("run.contact_step", "0.43 us")]);
+    let outcome = simulate(&machine, &structure, &mut NoHistory).expect("a run");
+    let place = columns(&machine).iter().position(|column| column.name == "guarded_contact_impulse_Ns");
+    assert_eq!(outcome.values[place.expect("a column")], Some(0.0));
     // no finer step is tried, because it cannot help
     let (status, causes, [.., step]) = run(HARD, &[first]);
     assert_eq!((status, causes, step), (Status::Invalid, [true, true], 6.9e-6));
+}
+
+/// The share of the truncated modes is the explicit sum over them, taken from structures with all modes.
+#[test]
+fn the_share_of_short_impacts_is_the_sum_over_the_truncated_modes() {
+    let (machine, few) = machine(RIG, &[("run.rotor_modes", "12"), ("run.ring_modes", "16")]);
+    let all = self::machine(RIG, &[("run.rotor_modes", "36"), ("run.ring_modes", "64")]).1;
+    let node = machine.diaphragms[0].contact.node;
+    for length in [2e-5, 1e-4, 5e-4] {
+        let square = (std::f64::consts::PI / length).powi(2);
+        // error and flexibility at a degree of freedom, with the first `kept` modes kept
+        let sums = |modes: &ModeSet, kept: usize, place: usize| {
+            let mut sums = [0.0; 2];
+            for (mode, omega) in modes.omega_squared.iter().enumerate() {
+                let shape = modes.shapes[(place, mode)].powi(2);
+                sums[1] += shape / (omega + square);
+                if mode >= kept {
+                    sums[0] += shape / omega * square / (omega + square);
+                }
+            }
+            sums
+        };
+        let kept = |of: &Structure| (of.basis().lateral.omega_squared.len(), of.basis().rings[0].omega_squared.len());
+        let ((lateral, ring), (all_lateral, all_ring)) = (kept(&few), kept(&all));
+        assert!(lateral < all_lateral && ring < all_ring, "modes are truncated");
+        let shaft = sums(&all.basis().lateral, lateral, all.rotor.plane_places(node)[0]);
+        let nodes = all.rings[0].as_ref().expect("a flexible ring").matrices.nodes;
+        let shares = (0..nodes).map(|node| {
+            let ring = sums(&all.basis().rings[0], ring, 4 * node + 2);
+            (shaft[0] + ring[0]) / (shaft[1] + ring[1])
+        });
+        let expected = shares.fold(0.0, f64::max).min(1.0);
+        let found = few.share_of_impacts(&machine, 0, length);
+        assert!(expected > 1e-4 && (found / expected - 1.0).abs() < 1e-3, "{length}: {found} {expected}");
+        assert_eq!(all.share_of_impacts(&machine, 0, length), 0.0, "nothing is truncated");
+    }
 }
 
 #[test]

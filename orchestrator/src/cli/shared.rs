@@ -90,10 +90,10 @@ fn changed_by(parameters: &[&Parameter]) -> Option<String> {
     }
 }
 
-/// Samples that are computed twice. A run that failed or went beyond the model is not compared.
+/// Samples that are computed twice.
 fn twins(samples: &Samples) -> Option<String> {
     let twice = computed_twice(samples)?;
-    Some(format!("Twins: {twice}. A run that fails or exceeds a limit of the model has no twin.\n"))
+    Some(format!("Twins: {twice}. A run with status failed or beyond has no twin.\n"))
 }
 
 fn computed_twice(samples: &Samples) -> Option<String> {

@@ -1,7 +1,7 @@
 //! Text for the causes of invalid runs: meaning of a cause, and by how much a guard was broken or a limit exceeded.
 
 use bladeoff_answers::summary::percent;
-use bladeoff_model::machine::{DiaphragmKind, Machine};
+use bladeoff_model::machine::{Diaphragm, DiaphragmKind, Machine};
 use bladeoff_model::outcome::{Cause, Limit};
 use bladeoff_text::document::units::{format_digits, format_quantity};
 
@@ -35,7 +35,8 @@ pub fn cause_in_words(cause: Cause) -> &'static str {
         Cause::OutOfMemory => "its worker process ran out of memory",
         Cause::OutsideRing => "the rotor's centre left the ring of the diaphragm, where the model ends",
         Cause::ModalBasis => {
-            "too few modes are kept for the contact: the truncated modes would not follow its force at once, as the model assumes"
+            "too few modes are kept for the contact: the truncated modes would not follow its force at once, as the model assumes; the shorter the \
+             impacts, the more modes are needed"
         }
         Cause::NoBasis => {
             "the exponential engine has no modal basis at the start or at a speed of the run: two whirl motions are nearly identical, or its steps cannot resolve an unbalance"
@@ -120,7 +121,8 @@ pub fn broken_by(cause: Cause, machine: &Machine, number: impl Fn(&str) -> Optio
         }
         Cause::ModalBasis => {
             let length = steps_per_impact(machine, &number)? * number("step_s")?;
-            Some(format!("impacts last {} on average", format_quantity(length, "s")))
+            // the length for which the number of modes is judged in any case
+            (length < 1e-3).then(|| format!("impacts last {} on average", format_quantity(length, "s")))
         }
         Cause::UnderResolved => {
             let steps = steps_per_impact(machine, number)?;
@@ -130,12 +132,13 @@ pub fn broken_by(cause: Cause, machine: &Machine, number: impl Fn(&str) -> Optio
     }
 }
 
-/// Smallest number of steps per impact of all diaphragms.
+/// Smallest number of steps per impact of all flexible rings, which alone have impacts of a length of their own.
 fn steps_per_impact(machine: &Machine, number: impl Fn(&str) -> Option<f64>) -> Option<f64> {
     let is_one = machine.diaphragms.len() == 1;
     let column = "steps_per_impact";
     let of = |name: &str| if is_one { number(column) } else { number(&format!("{name}.{column}")) };
-    machine.diaphragms.iter().filter_map(|diaphragm| of(&diaphragm.name)).reduce(f64::min)
+    let is_flexible = |diaphragm: &&Diaphragm| matches!(diaphragm.kind, DiaphragmKind::Flexible(_));
+    machine.diaphragms.iter().filter(is_flexible).filter_map(|diaphragm| of(&diaphragm.name)).reduce(f64::min)
 }
 
 /// How far a run exceeded a limit of the model; `number`: value of a column. `None` if the cause is not a limit.
