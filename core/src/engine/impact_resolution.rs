@@ -10,7 +10,7 @@
 //! Source: ours. Estimates of the length of an impact from the modes of ring and rotor were wrong by factors of 1.3 to 1000
 //! (docs/theory/short-impacts.md), so the length is measured. n grows by less than h/h', because a finer step also finds shorter impacts; hence M.
 //! Limits: the exponential engine alone, and only without `run.contact_step`. The reference engines keep their default step. A run with n < N at h_0/R
-//! is `invalid`. A failed run is not repeated, nor one that ends within its first contact (`crate::record`), whose length is unknown, nor one whose
+//! is `invalid`. A failed run is not repeated, nor one that a limit ends within 1 ms of its first touch (`crate::record`), nor one whose
 //! truncated modes do not follow the impacts (`crate::structure`): finer steps make these shorter still. Verified by `core/tests/contact/short_impacts.rs`.
 
 use super::choice;

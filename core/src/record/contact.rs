@@ -185,9 +185,12 @@ impl ContactRecorder {
         self.left = self.left.into_iter().chain(other.left).reduce(f64::max);
         self.first = earliest(self.first, other.first);
         self.first_guarded = earliest(self.first_guarded, other.first_guarded);
-        let per_width = |contact: &Self| contact.width.map_or(-1.0, |width| contact.friction.value / width);
-        if per_width(other) > per_width(self) {
-            (self.friction, self.width) = (other.friction, other.width);
+        // the largest energy over width, which may be that of one ring while all guards held and of another at the end
+        if let Some(others) = other.width {
+            let own = self.width.map(|width| self.friction.over(width)).unwrap_or_default();
+            let [own, other] = [own, other.friction.over(others)];
+            self.friction = Sum { value: own.value.max(other.value), guarded: own.guarded.max(other.guarded) };
+            self.width = Some(1.0);
         }
         self.impulse.include(&other.impulse);
         self.time.include(&other.time);

@@ -58,7 +58,7 @@ impl Verdict {
 /// Each guard of `run.guard` is judged by the values up to the present step, and the modal basis from the first contact on. A broken guard
 /// stays broken here, even if it would hold again at the end of the run (the largest total energy may grow, a normal work may reverse). During an
 /// impact that may become shorter than the truncated modes follow, nothing is marked as guarded. So a guarded value is a lower bound. Exception: a
-/// limit of the model that is exceeded within the first impact marks the values reached, although the length of this impact is not known.
+/// limit of the model that is exceeded within 1 ms of the first touch marks the values reached, although the length of the impact is not known.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Guards {
     /// Whether a guard has been broken.

@@ -1,7 +1,7 @@
 //! A limit of the model that is exceeded near a light first touch: it is exceeded with any step, whether the run ends there or continues.
 
 use crate::common::{Row, machine_with, run, run_seen, study_machine};
-use bladeoff_core::record::{Follower, Frame};
+use bladeoff_core::record::{Follower, Frame, columns};
 use bladeoff_model::machine::Machine;
 use bladeoff_model::outcome::{Cause, Status};
 
@@ -98,6 +98,25 @@ fn a_run_that_continues_is_judged_at_its_limit_too() {
     }
     same_up_to_the_limit(&ended, &continued, "200 MPa");
     assert_eq!(ended.get("guarded_beyond_s"), None);
+}
+
+/// The ring with the largest friction energy over width at the limit is not that at the end.
+#[test]
+fn guarded_values_of_several_rings_are_those_at_the_limit() {
+    let at = |ends: &str| {
+        let limit = ("run.limit.ring_displacement.value", "2.4e-6");
+        run(exponential(
+            &study_machine("gas_turbine"),
+            &[("run.end_time", "50 ms"), (STEP, "5 us"), limit, (ENDS, ends)],
+        ))
+    };
+    let (ended, continued) = (at("on"), at("off"));
+    assert!(ended.value("guarded_contact_impulse_Ns") > 0.0 && ended.value("end_time_s") < 0.01, "it ended in contact");
+    let guarded: Vec<String> = columns(&ended.machine).iter().filter_map(|column| column.guarded()).collect();
+    assert!(guarded.len() > 20);
+    for name in guarded {
+        assert_eq!(ended.get(&name), continued.get(&name), "{name}");
+    }
 }
 
 /// The normal work of the first touch falls after the limit.

@@ -319,6 +319,8 @@ fn try_it(machine: &Machine, directory: &Path, sample: u64, change: Change) -> O
     let set = match change {
         // the record does not contain which of several contacts is meant
         Change::Set(path, _) if path.starts_with("contact.") && machine.diaphragms.len() > 1 => return None,
+        // other engines have no contact step, and a command cannot remove a key
+        Change::Set("run.engine", _) if machine.run.contact_step.is_some() => return None,
         Change::Set(path, value) => format!("{path}={value}"),
         Change::Step(ratio) => {
             let structure = engine::build(machine).ok()?;
