@@ -28,7 +28,7 @@ impl Verdict {
         structure: &Structure,
         end: &End,
     ) -> Self {
-        let mut causes = broken_guards(energies, rings, machine, structure);
+        let mut causes = causes_of_all(energies, rings, machine, structure);
         guards.at_limit.iter().for_each(|cause| causes.insert(cause));
         let failure = end.failure;
         if let Some(cause) = failure {
@@ -56,8 +56,8 @@ impl Verdict {
 /// Record of whether all guards have held so far, for a run in progress.
 ///
 /// Each guard of `run.guard` is judged by the values up to the present step, and the modal basis from the first contact on. A broken guard
-/// stays broken here, even if it would hold again at the end of the run (the largest total energy may grow, a normal work may reverse). During an
-/// impact that may become shorter than the truncated modes follow, nothing is marked as guarded. So a guarded value is a lower bound. Exception: a
+/// stays broken here, even if it would hold again at the end of the run (the largest total energy may grow, a normal work may reverse). While
+/// impacts are so short that truncated modes may not follow them, nothing is marked as guarded. So a guarded value is a lower bound. Exception: a
 /// limit of the model that is exceeded within 1 ms of the first touch marks the values reached, although the length of the impact is not known.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Guards {
@@ -70,7 +70,7 @@ pub(crate) struct Guards {
 }
 
 impl Guards {
-    /// Returns whether all guards hold now and have always held, and no impact in progress may still turn out to be too short.
+    /// Returns whether all guards hold now and have always held, and the impacts so far are surely carried by the kept modes.
     pub fn hold(
         &mut self,
         energies: &EnergyBalance,
@@ -82,10 +82,11 @@ impl Guards {
             return false;
         }
         self.any_broken = !self.hold_now(energies, rings, machine, structure);
-        let is_known = |(place, ring): (usize, &RingRecorders)| {
-            ring.contact.open_length().is_none_or(|length| structure.surely_carries(place, length))
+        let is_carried = |(place, ring): (usize, &RingRecorders)| {
+            let lengths = [ring.contact.impact_length(), ring.contact.open_length()];
+            lengths.into_iter().flatten().all(|length| structure.surely_carries(place, length))
         };
-        !self.any_broken && flexible(rings, machine).all(is_known)
+        !self.any_broken && flexible(rings, machine).all(is_carried)
     }
 
     /// Returns whether all guards hold at the step in which the run exceeds a limit of the model, as in the verdict of a run that ends here.
@@ -96,8 +97,8 @@ impl Guards {
         machine: &Machine,
         structure: &Structure,
     ) -> bool {
-        self.at_limit = broken_guards(energies, rings, machine, structure);
-        self.hold_now(energies, rings, machine, structure)
+        self.at_limit = causes_of_all(energies, rings, machine, structure);
+        self.at_limit.bits() == 0 && self.hold_now(energies, rings, machine, structure)
     }
 
     /// Returns whether all guards hold by the values up to the present step.
@@ -119,7 +120,7 @@ fn touched(rings: &[RingRecorders]) -> bool {
     rings.iter().any(|ring| ring.contact.touched())
 }
 
-/// Returns the guards that the recorded values break. The truncation error of the contact as such is excluded: it depends on the structure alone.
+/// Returns the guards that the recorded values break, without that of the modal basis.
 fn broken_guards(
     energies: &EnergyBalance,
     rings: &[RingRecorders],
@@ -146,6 +147,17 @@ fn broken_guards(
     if impact_resolution(rings, machine, structure).is_some() {
         causes.insert(Cause::UnderResolved);
     }
+    causes
+}
+
+/// Returns the guards that the recorded values break, with that of the modal basis for the measured impacts, which takes longer to judge.
+fn causes_of_all(
+    energies: &EnergyBalance,
+    rings: &[RingRecorders],
+    machine: &Machine,
+    structure: &Structure,
+) -> CauseSet {
+    let mut causes = broken_guards(energies, rings, machine, structure);
     if !carries_impacts(rings, machine, structure) {
         causes.insert(Cause::ModalBasis);
     }

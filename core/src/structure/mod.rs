@@ -59,14 +59,14 @@ pub struct Structure {
     rotor_truncation_errors: Vec<truncation_error::TruncationError>,
     /// Modal basis of rotor, torsion and rings.
     basis: Basis,
+    /// Number of attachment modes at the end of the lateral basis.
+    attachments: usize,
     /// Whether the basis was computed by this build and not frozen earlier.
     computed: bool,
     /// Cache of an engine for runs that share the structure.
     pub(crate) engine_cache: engine_cache::EngineCache,
     /// Cache of the damping of whirl modes at speeds where it has been computed.
     pub(crate) stability_cache: engine_cache::EngineCache,
-    /// Shortest impacts that the kept modes carry ([`short_impacts`]).
-    shortest_impacts: engine_cache::EngineCache,
 }
 
 impl Structure {
@@ -154,10 +154,10 @@ impl Structure {
             rings,
             rotor_truncation_errors: rotor_lags,
             basis,
+            attachments: added,
             computed: true,
             engine_cache: engine_cache::EngineCache::default(),
             stability_cache: engine_cache::EngineCache::default(),
-            shortest_impacts: engine_cache::EngineCache::default(),
         }
     }
 

@@ -16,23 +16,14 @@
 
 use super::truncation_error::{self, FullPart, TruncationError};
 use super::{RingPart, Structure};
-use crate::modal::{ModeSet, table_mode_count};
+use crate::modal::ModeSet;
 use bladeoff_model::machine::Machine;
-use std::collections::BTreeMap;
 use std::f64::consts::PI;
-use std::sync::Mutex;
 
 /// Largest share of a valid run.
 const MAX_SHARE: f64 = 0.06;
 /// Length of the impacts for which [`Structure::truncation_error_at_contact`] judges \[s\].
 const LONG: f64 = PI / truncation_error::RATE;
-/// Shortest length of the search \[s\].
-const SHORT: f64 = 1e-7;
-/// Halvings of the interval of log T: the shortest impact is found to 1 %.
-const HALVINGS: usize = 10;
-
-/// Shortest impact that the kept modes carry \[s\], by diaphragm and node of the shaft.
-pub(super) type ShortestImpacts = Mutex<BTreeMap<(usize, usize), f64>>;
 
 impl Structure {
     /// Whether contact with the flexible ring of a diaphragm acts on the static residual of truncated modes, of the shaft or of the ring.
@@ -45,7 +36,7 @@ impl Structure {
         let cut = |modes: &ModeSet, own: usize| modes.omega_squared[own - 1].sqrt();
         let lateral = &self.basis.lateral;
         let shaft =
-            self.lateral_residual.as_ref().map(|_| cut(lateral, lateral.omega_squared.len() - self.attachments()));
+            self.lateral_residual.as_ref().map(|_| cut(lateral, lateral.omega_squared.len() - self.attachments));
         let of_ring = |ring: &RingPart| {
             ring.residual.as_ref()?;
             let modes = &self.basis.rings[self.flexible_before(diaphragm)];
@@ -53,12 +44,6 @@ impl Structure {
         };
         let ring = self.rings[diaphragm].as_ref().and_then(of_ring);
         shaft.into_iter().chain(ring).fold(f64::INFINITY, f64::min)
-    }
-
-    /// Number of attachment modes at the end of the lateral basis.
-    fn attachments(&self) -> usize {
-        let lateral = &self.basis.lateral;
-        table_mode_count(&self.rotor, (&lateral.omega_squared, &lateral.shapes))
     }
 
     /// Place of the modes of a diaphragm's flexible ring in the basis.
@@ -75,13 +60,7 @@ impl Structure {
 
     /// Whether the kept modes carry impacts of a mean length \[s\] on the flexible ring of a diaphragm.
     pub(crate) fn carries_impacts(&self, machine: &Machine, diaphragm: usize, length: f64) -> bool {
-        if self.surely_carries(diaphragm, length) {
-            return true;
-        }
-        let node = machine.diaphragms[diaphragm].contact.node;
-        let found = self.shortest_impacts.get::<ShortestImpacts>();
-        let mut found = found.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        length >= *found.entry((diaphragm, node)).or_insert_with(|| self.shortest_impact(diaphragm, node))
+        self.surely_carries(diaphragm, length) || self.share_of_impacts(machine, diaphragm, length) <= MAX_SHARE
     }
 
     /// Share of the truncated modes in the flexibility for impacts of a mean length \[s\] on the flexible ring of a diaphragm, 0 to 1.
@@ -90,37 +69,24 @@ impl Structure {
         self.share_at(PI / length, diaphragm, machine.diaphragms[diaphragm].contact.node)
     }
 
-    /// Shortest mean impact that the kept modes carry \[s\], by bisection; 0 if they carry all.
-    fn shortest_impact(&self, diaphragm: usize, node: usize) -> f64 {
-        let is_carried = |length: f64| self.share_at(PI / length, diaphragm, node) <= MAX_SHARE;
-        if is_carried(SHORT) {
-            return 0.0;
-        }
-        let (mut short, mut long) = (SHORT, LONG);
-        for _ in 0..HALVINGS {
-            let middle = (short * long).sqrt();
-            *(if is_carried(middle) { &mut long } else { &mut short }) = middle;
-        }
-        long
-    }
-
     /// Share at a node of the shaft in the flexible ring of a diaphragm, for a force that grows with `rate` \[1/s\].
     fn share_at(&self, rate: f64, diaphragm: usize, node: usize) -> f64 {
         let Some(ring) = &self.rings[diaphragm] else { return 0.0 };
         let (rotor, lateral) = (&self.rotor, &self.basis.lateral);
-        let whole =
-            FullPart { stiffness: &rotor.stiffness, mass: &rotor.mass, sectors: None, added: self.attachments() };
-        let place = std::iter::once(rotor.plane_places(node));
-        let follows = self.lateral_residual.is_some();
-        let shaft = truncation_error::errors_at(rate, &self.lateral, lateral, whole, follows, place);
+        let whole = FullPart { stiffness: &rotor.stiffness, mass: &rotor.mass, sectors: None, added: self.attachments };
+        let shaft = self.rotor_truncation_errors.get(node).map_or(TruncationError::NONE, |now| {
+            let place = std::iter::once((rotor.plane_places(node), *now));
+            let follows = self.lateral_residual.is_some();
+            truncation_error::errors_at(rate, &self.lateral, lateral, whole, follows, place)[0]
+        });
 
         let (matrices, modes) = (&ring.matrices, &self.basis.rings[self.flexible_before(diaphragm)]);
         let (stiffness, mass, sectors) = (&matrices.stiffness, &matrices.mass, Some(&matrices.sectors));
         let whole = FullPart { stiffness, mass, sectors, added: 0 };
-        let radial = (0..matrices.nodes).map(|node| [4 * node + 2; 2]);
+        let radial = ring.truncation_errors.iter().enumerate().map(|(node, now)| ([4 * node + 2; 2], *now));
         let follows = ring.residual.is_some();
         let nodes = truncation_error::errors_at(rate, &ring.part, modes, whole, follows, radial);
-        let shares = nodes.iter().map(|at| TruncationError::share_of_both(&shaft[0], at));
+        let shares = nodes.iter().map(|at| TruncationError::share_of_both(&shaft, at));
         shares.fold(0.0, f64::max)
     }
 }

@@ -86,31 +86,56 @@ impl FullPart<'_> {
 pub(super) struct TruncatedFlexibility {
     /// Flexibility of the truncated modes at rest.
     at_rest: Matrix,
-    /// Flexibility of the raised and the truncated modes for a force that grows with W; `kept` is the contribution of a mass-normalised raised mode.
-    moving: Matrix,
-    kept: f64,
-    /// Number of kept modes that are modes of the part. The attachment modes are not in `moving`; their own flexibility is subtracted.
+    growing: Growing,
+}
+
+/// Flexibility of the truncated modes on all degrees of freedom for a force that grows with W \[m/N\].
+struct Growing {
+    /// Flexibility of the raised and the truncated modes.
+    all: Matrix,
+    /// Contribution of a mass-normalised raised mode to it.
+    raised: f64,
+    /// Number of kept modes that are modes of the part. The attachment modes are not in `all`; their own flexibility is subtracted.
     own: usize,
 }
 
-impl TruncatedFlexibility {
-    /// `None` if a truncated mode is not stiff. `rate`: growth rate W \[1/s\].
-    fn new(whole: &FullPart<'_>, modes: &ModeSet, rate: f64) -> Option<Self> {
-        let &FullPart { stiffness, mass, added, .. } = whole;
-        let own = modes.omega_squared.len() - added;
-        let (shapes, squares) = (modes.shapes.columns(0, own).into_owned(), &modes.omega_squared[..own]);
-        let highest = squares.last().copied().filter(|&square| square > 0.0).unwrap_or(RATE * RATE);
-        let momenta = mul(mass, &shapes);
-        let raised = stiffness + mul(&momenta, &scaled(&momenta, squares, |square| highest - square));
-        let kept = mul(&shapes, &scaled(&shapes, squares, |_| 1.0 / highest));
-        let mut at_rest = whole.inverse(&raised)? - kept;
-        let mut moving = whole.inverse(&(raised + mass * (rate * rate)))?;
-        if added > 0 {
-            let (shapes, squares) = (modes.shapes.columns(own, added).into_owned(), &modes.omega_squared[own..]);
-            at_rest -= mul(&shapes, &scaled(&shapes, squares, |square| 1.0 / square));
-            moving -= mul(&shapes, &scaled(&shapes, squares, |square| 1.0 / (square + rate * rate)));
+/// Stiffness matrix with all modes of the part raised to the highest kept frequency, and the square of this frequency.
+fn raised(whole: &FullPart<'_>, modes: &ModeSet) -> (Matrix, f64) {
+    let own = modes.omega_squared.len() - whole.added;
+    let (shapes, squares) = (modes.shapes.columns(0, own).into_owned(), &modes.omega_squared[..own]);
+    let highest = squares.last().copied().filter(|&square| square > 0.0).unwrap_or(RATE * RATE);
+    let momenta = mul(whole.mass, &shapes);
+    (whole.stiffness + mul(&momenta, &scaled(&momenta, squares, |square| highest - square)), highest)
+}
+
+impl Growing {
+    /// `None` if a truncated mode is not stiff. `rate`: W \[1/s\].
+    fn new(whole: &FullPart<'_>, modes: &ModeSet, (raised, highest): (&Matrix, f64), rate: f64) -> Option<Self> {
+        let own = modes.omega_squared.len() - whole.added;
+        let mut all = whole.inverse(&(raised + whole.mass * (rate * rate)))?;
+        if whole.added > 0 {
+            let (shapes, squares) = (modes.shapes.columns(own, whole.added).into_owned(), &modes.omega_squared[own..]);
+            all -= mul(&shapes, &scaled(&shapes, squares, |square| 1.0 / (square + rate * rate)));
         }
-        Some(Self { at_rest, moving, kept: 1.0 / (highest + rate * rate), own })
+        Some(Self { all, raised: 1.0 / (highest + rate * rate), own })
+    }
+}
+
+impl TruncatedFlexibility {
+    /// `None` if a truncated mode is not stiff.
+    fn new(whole: &FullPart<'_>, modes: &ModeSet) -> Option<Self> {
+        let own = modes.omega_squared.len() - whole.added;
+        let (raised, highest) = raised(whole, modes);
+        let kept = |first: usize, count: usize, square: &dyn Fn(f64) -> f64| {
+            let shapes = modes.shapes.columns(first, count).into_owned();
+            mul(&shapes, &scaled(&shapes, &modes.omega_squared[first..first + count], |omega| 1.0 / square(omega)))
+        };
+        let mut at_rest = whole.inverse(&raised)? - kept(0, own, &|_| highest);
+        let growing = Growing::new(whole, modes, (&raised, highest), RATE)?;
+        if whole.added > 0 {
+            at_rest -= kept(own, whole.added, &|omega| omega);
+        }
+        Some(Self { at_rest, growing })
     }
 
     /// Static residual `K^-1 - Phi omega^-2 Phi^T` of the first `size` degrees of freedom under forces on all of them; `None` if a kept mode is not
@@ -168,7 +193,7 @@ pub(super) fn truncated_flexibility(
         return (None, Vec::new());
     }
     let are_all_kept = modes.omega_squared.len() == whole.stiffness.nrows();
-    let left_out = TruncatedFlexibility::new(&whole, modes, RATE);
+    let left_out = TruncatedFlexibility::new(&whole, modes);
     if are_all_kept && left_out.is_none() {
         return (None, Vec::new());
     }
@@ -176,7 +201,11 @@ pub(super) fn truncated_flexibility(
     let correct = correct && !are_all_kept;
     let residual = left_out.as_ref().filter(|_| correct).and_then(|some| some.residual(&whole, modes, size, &places));
     let follows = residual.is_some();
-    let of = |places| TruncationError::of(places, part, modes, left_out.as_ref(), follows, RATE);
+    let of = |places| {
+        let unknown = [f64::INFINITY, 0.0, f64::INFINITY];
+        let still = left_out.as_ref().map_or(unknown, |some| plane(&some.at_rest, places));
+        TruncationError::of(places, part, modes, still, left_out.as_ref().map(|some| &some.growing), follows, RATE)
+    };
     let mut lags: Vec<TruncationError> = places.into_iter().map(of).collect();
     if are_all_kept {
         // with all modes kept, the computed difference is rounding
@@ -185,43 +214,48 @@ pub(super) fn truncated_flexibility(
     (residual, lags)
 }
 
-/// Truncation errors of the nodes of a part, for a force that grows with `rate` \[1/s\] instead of pi/1 ms. `follows`: the part has a static residual;
-/// without one, the errors are 0.
+/// Truncation errors of nodes of a part, for a force that grows with `rate` \[1/s\] instead of pi/1 ms. `nodes`: degrees of freedom and present
+/// truncation errors. `follows`: the part has a static residual; without one, the errors are 0.
 pub(super) fn errors_at(
     rate: f64,
     part: &Part,
     modes: &ModeSet,
     whole: FullPart<'_>,
     follows: bool,
-    places: impl Iterator<Item = [usize; 2]>,
+    nodes: impl Iterator<Item = ([usize; 2], TruncationError)>,
 ) -> Vec<TruncationError> {
-    if !part.coordinates.is_modal() {
-        // a point mass; without its flexibility the share is an upper bound
-        return places.map(|_| TruncationError::NONE).collect();
-    }
-    let left_out = TruncatedFlexibility::new(&whole, modes, rate);
-    let of = |places| {
-        let all = TruncationError::of(places, part, modes, left_out.as_ref(), follows, rate);
+    let (raised, highest) = raised(&whole, modes);
+    let growing = Growing::new(&whole, modes, (&raised, highest), rate);
+    let of = |(places, now): ([usize; 2], TruncationError)| {
+        let still = now.truncated_at_rest;
+        let all = TruncationError::of(places, part, modes, still, growing.as_ref(), follows, rate);
         let error = if follows { all.error } else { [0.0; 3] };
         TruncationError { error, ..all }
     };
-    places.map(of).collect()
+    nodes.map(of).collect()
+}
+
+/// Flexibilities of a node, in a matrix over all degrees of freedom.
+fn plane(matrix: &Matrix, [u, v]: [usize; 2]) -> Plane {
+    if u == v { [matrix[(u, u)], 0.0, matrix[(u, u)]] } else { [matrix[(u, u)], matrix[(u, v)], matrix[(v, v)]] }
 }
 
 impl TruncationError {
-    const NONE: Self = Self { error: [0.0; 3], truncated_at_rest: [0.0; 3], at_rest: [0.0; 3], moving: [0.0; 3] };
+    /// Truncation error of a part that is not modal.
+    pub const NONE: Self = Self { error: [0.0; 3], truncated_at_rest: [0.0; 3], at_rest: [0.0; 3], moving: [0.0; 3] };
 
-    /// Truncation error of one node. Without `left_out` the flexibility of the truncated modes is unknown, and the share is 1.
+    /// Truncation error of one node. `still`: flexibility of the truncated modes at rest; infinite where it is unknown, and the share is then 1.
     fn of(
         [u, v]: [usize; 2],
         part: &Part,
         modes: &ModeSet,
-        left_out: Option<&TruncatedFlexibility>,
+        still: Plane,
+        growing: Option<&Growing>,
         follows: bool,
         rate: f64,
     ) -> Self {
         let single = u == v;
-        let plane = |xx: f64, xy: f64, yy: f64| if single { [xx, 0.0, xx] } else { [xx, xy, yy] };
+        let plane_of = |xx: f64, xy: f64, yy: f64| if single { [xx, 0.0, xx] } else { [xx, xy, yy] };
         let (x, y) = (part.coordinates.row(u), part.coordinates.row(v));
         let least = f64::EPSILON * modes.highest() * modes.highest();
         let kept = |more: f64| {
@@ -229,16 +263,13 @@ impl TruncationError {
                 let modes = a.iter().zip(b).zip(&modes.omega_squared);
                 modes.map(|((a, b), square)| a * b / (square.abs().max(least) + more)).sum()
             };
-            plane(product(&x, &x), product(&x, &y), product(&y, &y))
+            plane_of(product(&x, &x), product(&x, &y), product(&y, &y))
         };
-        let of = |matrix: &Matrix| plane(matrix[(u, u)], matrix[(u, v)], matrix[(v, v)]);
-        let own = left_out.map_or(0, |some| some.own);
-        let (x, y) = (&x[..own], &y[..own]);
-        let raised = plane(dot(x, x), dot(x, y), dot(y, y));
-        let unknown = [f64::INFINITY, 0.0, f64::INFINITY];
-        let (still, growing) = left_out.map_or((unknown, [0.0; 3]), |some| {
-            let moving = of(&some.moving);
-            (of(&some.at_rest), std::array::from_fn(|i| moving[i] - some.kept * raised[i]))
+        let growing = growing.map_or([0.0; 3], |some| {
+            let (x, y) = (&x[..some.own], &y[..some.own]);
+            let raised = plane_of(dot(x, x), dot(x, y), dot(y, y));
+            let moving = plane(&some.all, [u, v]);
+            std::array::from_fn(|i| moving[i] - some.raised * raised[i])
         });
         let lag = if follows { std::array::from_fn(|i| still[i] - growing[i]) } else { still };
         let moving = sum(kept(rate * rate), growing);
