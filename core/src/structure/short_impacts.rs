@@ -10,7 +10,7 @@
 //! ring yields less than in the model. Only T below 1 ms is judged here; `truncation_error` judges 1 ms.
 //!
 //! Source: ours. Measured by `examples/short_impacts.rs`: impulse of the first contact against full finite elements, on 45 machines with rings, blades
-//! and gaps varied at random. With shares below 2 % it is within 2 % in 37 of 38 runs. With 3 to 6 % it is up to 3 %, above 6 % up to 38 % too large. Limits: damping and gyroscopic
+//! and gaps varied at random. With shares below 2 % it is within 2 % in 37 of 38 runs. With 3 to 10 % it is up to 8 %, above 10 % up to 38 % too large. Limits: damping and gyroscopic
 //! terms are not in F(W). A part without a static residual has no error here, only share (2). A rigid ring and
 //! a radial spring have no impacts of a length of their own. Verified by `core/tests/contact/short_impacts.rs`.
 
@@ -21,7 +21,7 @@ use bladeoff_model::machine::Machine;
 use std::f64::consts::PI;
 
 /// Largest share of a valid run.
-const MAX_SHARE: f64 = 0.06;
+const MAX_SHARE: f64 = 0.1;
 /// Length of the impacts for which [`Structure::truncation_error_at_contact`] judges \[s\].
 const LONG: f64 = PI / truncation_error::RATE;
 

@@ -99,8 +99,8 @@ pub fn advice(cause: Cause, ran: Ran) -> Advice {
             HALF,
         ),
         Cause::ModalBasis => with(
-            "`run.engine = \"full\"`, which keeps all modes; or more `run.rotor_modes` and `run.ring_modes`: the default if \
-             fewer are set, all of them if the impacts are short"
+            "`run.engine = \"full\"` without `run.contact_step`, which keeps all modes; or more `run.rotor_modes` and \
+             `run.ring_modes`: the default if fewer are set"
                 .to_owned(),
             Change::Set(ENGINE, Engine::Full.word()),
         ),

@@ -105,7 +105,7 @@ pub(super) const KEYS: &[Key] = &[
     key("run.guard.penetration", Kind::Number(""), Need::Number(PENETRATION), Range::POSITIVE, When::Always,
         "run invalid if the residual penetration exceeds this part of the gap"),
     key("run.guard.impact_steps", Kind::Number(""), Need::Optional("32, with the engine exponential 20"), Range::NOT_NEGATIVE, When::Always,
-        "run invalid if contact phases with a flexible ring that have ended have fewer steps than this (column steps_per_impact); 0: not judged; not judged without truncated modes"),
+        "run invalid if contact phases with a flexible ring that have ended have fewer steps than this (column steps_per_impact); 0: not judged; not judged on full, and on reduced with all modes"),
     key("run.end_beyond", Kind::Choice(&["on", "off"]), Need::Word("on"), Range::ANY, When::Always,
         "whether the run ends at the first exceeded limit of the model whose on_exceed is beyond"),
     key("run.limit.ring_displacement.value", Kind::Number(""), Need::Number(0.05), Range::POSITIVE, When::Always,
