@@ -312,7 +312,7 @@ fn names_and_values_from_outside_stay_in_their_line() {
 
 /// A copy of a result directory of the present format.
 fn fixture(folder: &Folder, name: &str) -> String {
-    let from = root().join("tests/fixtures/0.1.0-6f16ec9").join(name);
+    let from = root().join("tests/fixtures/0.1.0-d2e886c").join(name);
     copy(&from, &folder.path(name));
     folder.name(name)
 }
