@@ -1,5 +1,5 @@
 //! Measures the impulse of a first contact against full finite elements, on machines varied at random, and prints the table of
-//! `docs/theory/short-impacts.md`: `cargo run --release -p bladeoff-core --example short_impacts` (about ten minutes on one core).
+//! `docs/theory/short-impacts.md`: `cargo run --release -p bladeoff-core --example short_impacts` (four minutes on one core).
 
 #![allow(clippy::print_stdout, reason = "the table is its output")]
 

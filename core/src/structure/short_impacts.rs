@@ -9,10 +9,11 @@
 //! force at once. An impact that is short beside their periods ends before they have moved: in the real machine their masses take part in it, and the
 //! ring yields less than in the model. Only T below 1 ms is judged here; `truncation_error` judges 1 ms.
 //!
-//! Source: ours. Measured by `examples/short_impacts.rs`: impulse of the first contact against full finite elements, on 45 machines with rings, blades
-//! and gaps varied at random. With shares below 2 % it is within 2 % in 37 of 38 runs. With 3 to 10 % it is up to 8 %, above 10 % up to 38 % too large. Limits: damping and gyroscopic
-//! terms are not in F(W). A part without a static residual has no error here, only share (2). A rigid ring and
-//! a radial spring have no impacts of a length of their own. Verified by `core/tests/contact/short_impacts.rs`.
+//! Source: ours. Measured by `examples/short_impacts.rs`: impulse of the first contact against full finite elements, on 45 machines with rings,
+//! blades and gaps varied at random. With shares below 2 % it is within 2 % in 37 of 38 runs. With 3 to 10 % it is up to 8 %, above 10 % up to 38 %
+//! too large. Limits: T is a mean, so a few short impacts among long ones pass. Damping and gyroscopic terms are not in F(W). A part without a static
+//! residual has no error here, only share (2). A rigid ring and a radial spring have no impacts of a length of their own. Verified by
+//! `core/tests/contact/short_impacts.rs`.
 
 use super::truncation_error::{self, FullPart, TruncationError};
 use super::{RingPart, Structure};
